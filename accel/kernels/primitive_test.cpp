@@ -16,12 +16,15 @@ struct Quadratic {
 
 // Both roots of |o + t d| = r for o, d in the space where the surface is a sphere (or, projected, a circle) about 0. The
 // discriminant is taken from the remainder of o after projecting on d, which keeps it exact for distant origins; the roots
-// come from [Haines2019]'s stable form.
+// come from [Haines2019]'s stable form. What rounding leaves of the remainder along d is large beside the radius where an
+// instance is flat and o is far away by the measure of its thickness: it is then taken off once more.
 std::optional<Quadratic> solve(const vec3& o, const vec3& d, float radius) {
   const float a = glm::dot(d, d);
   if (a == 0) return std::nullopt;
   const float b = -glm::dot(o, d);
-  const vec3 remainder = o + (b / a) * d;
+  vec3 remainder = o + (b / a) * d;
+  if (const float along = glm::dot(remainder, d); square(along) > most_along * a * square(radius)) [[unlikely]]
+    remainder -= (along / a) * d;
   const float discriminant = radius * radius - glm::dot(remainder, remainder);
   if (!(discriminant >= 0)) return std::nullopt;
   const float c = glm::dot(o, o) - radius * radius;
@@ -65,7 +68,9 @@ struct IntersectQuadric {
     if (cosine == 0) return false;
     const float t = -glm::dot(r.origin, r.normal) / cosine;
     if (!(t > ray.t_min && t <= limit)) return false;
-    const vec3 p = r.origin + t * ray.direction;
+    vec3 p = r.origin + t * ray.direction;
+    if (const float off = glm::dot(p, r.normal); square(off) > most_along * square(r.radius)) [[unlikely]]
+      p -= off * r.normal;
     const float distance = std::sqrt(glm::dot(p, p));
     if (distance > r.radius || distance < r.inner_radius) return false;
     const Frame frame = Frame::from_normal(r.normal);

@@ -15,6 +15,9 @@ inline bool is_traceable(const Ray& ray) {
 // No hit is farther: t is infinite where 1 / det is.
 inline float farthest_hit(const Ray& ray) { return std::min(ray.t_max, std::numeric_limits<float>::max()); }
 
+// The share of a radius, squared, that rounding may leave of a vector along a line to which it is at right angles.
+inline constexpr float most_along = 1e-6f;
+
 // A sphere, a cylinder (the tube, then its caps) or a disk. The discriminant is that of [Haines2019], with which distant
 // spheres keep their edge in float.
 bool intersect_quadric(const Ray& ray, const Quadric& quadric, float t_max, float& t_out, vec2& uv_out);

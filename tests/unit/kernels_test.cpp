@@ -3,6 +3,7 @@
 #include "accel/kernels/box_test.h"
 #include "accel/kernels/primitive_test.h"
 #include "framework/core/sampler.h"
+#include "framework/scene/transform.h"
 
 #include <gtest/gtest.h>
 
@@ -73,6 +74,22 @@ TEST(Quadrics, BoxesHoldDisksAndCylindersTiltedLittle) {
           for (int k = 0; k < 3; ++k) EXPECT_TRUE(box.lower[k] <= p[k] && p[k] <= box.upper[k]) << tilt << " along " << k;
       }
     }
+}
+
+// Rays from 5 to 10 m away, as an instance sees them that is flattened to a ten-millionth along z.
+TEST(Quadrics, FlatInstancesLoseNoHit) {
+  const Transform flat = Transform::scale({1, 1, 1e-7f});
+  for (int i = 0; i < 1000; ++i) {
+    Sampler s(SamplerKind::independent, 1, Stream::test, i, 2);
+    const float distance = 2 * s.get_1d(), phi = 2 * pi * s.get_1d();
+    if (std::abs(distance - 1) < 0.02f) continue;
+    const vec3 origin(3, -4, 1 + 8 * s.get_1d()), target(distance * std::cos(phi), distance * std::sin(phi), 0);
+    const Ray ray{.origin = flat.inverse_point(origin), .direction = flat.inverse_vector(glm::normalize(target - origin))};
+    float t;
+    vec2 uv;
+    EXPECT_EQ(intersect_quadric(ray, Sphere{vec3(0), 1}, infinity, t, uv), distance < 1) << distance;
+    EXPECT_EQ(intersect_quadric(ray, Disk{vec3(0), 1, {0, 0, 1}}, infinity, t, uv), distance < 1) << distance;
+  }
 }
 
 TEST(SlabTest, OriginOnAFaceAndZeroComponentsLoseNothing) {

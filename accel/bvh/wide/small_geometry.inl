@@ -165,14 +165,18 @@ class SmallGeometryQuery {
     return hit;
   }
 
-  // The lanes whose ray's line meets a sphere, by the discriminant of intersect_quadric; of other quadrics all.
+  // The lanes whose ray's line meets a sphere, by the discriminant of intersect_quadric, or may do so where that is corrected; of
+  // other quadrics all.
   WideMask may_meet(std::uint32_t id) const {
     if (geometry_.is_triangle(id)) return live_;
     const auto* const sphere = std::get_if<Sphere>(&geometry_.quadric(id));
     if (sphere == nullptr) return live_;
     const WideVec3 o = origin_ - WideVec3(sphere->centre);
-    const WideVec3 remainder = o + (-dot(o, direction_) / dot(direction_, direction_)) * direction_;
-    return live_ & !(sphere->radius * sphere->radius - dot(remainder, remainder) < 0);
+    const WideFloats squared = dot(direction_, direction_);
+    const WideVec3 remainder = o + (-dot(o, direction_) / squared) * direction_;
+    const float radius2 = square(sphere->radius);
+    const WideMask rounded = square(dot(remainder, direction_)) > most_along * squared * radius2;
+    return live_ & (rounded | !(radius2 - dot(remainder, remainder) < 0));
   }
 
   template <class Answer>
