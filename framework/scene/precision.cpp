@@ -90,9 +90,10 @@ struct Survey {
 
   explicit Survey(const Scene& scene) {
     std::vector<Bounds> of_object(scene.objects.size());
+    std::vector<float> largest_of(scene.objects.size());  // by object: its largest primitive's extent
     for (std::size_t o = 0; o < scene.objects.size(); ++o)
       for (const Shape& shape : scene.objects[o].shapes) {
-        const Bounds of_shape = add_shape(scene.objects[o].geometry, shape, o == 0, scene.origin);
+        const Bounds of_shape = add_shape(scene.objects[o].geometry, shape, o == 0 ? scene.origin : vec3(0), largest_of[o]);
         if (of_shape.empty()) continue;
         of_object[o].extend(of_shape);
         if (o == 0) largest.smaller.push_back(max_component(of_shape.diagonal()));
@@ -100,6 +101,8 @@ struct Survey {
     for (const Instance& instance : scene.instances) {
       if (of_object[instance.object].empty()) continue;
       const Bounds bounds = instance.to_world.bounds(of_object[instance.object]);
+      const vec3 half(0.5f * largest_of[instance.object]);
+      largest.extent = std::max(largest.extent, max_component(instance.to_world.bounds({-half, half}).diagonal()));
       all.extend(bounds);
       objects.add({bounds, scene.origin});
       largest.smaller.push_back(max_component(bounds.diagonal()));
@@ -109,15 +112,15 @@ struct Survey {
   }
 
  private:
-  // The shape's box.
-  Bounds add_shape(const Geometry& g, const Shape& shape, bool in_world, const vec3& origin) {
+  // The shape's box; `largest_primitive` grows to the extent of its largest.
+  Bounds add_shape(const Geometry& g, const Shape& shape, const vec3& origin, float& largest_primitive) {
     Bounds box;
     for (std::uint32_t i = shape.first_primitive; i < shape.first_primitive + shape.primitive_count; ++i) {
       if (!g.is_valid(i)) continue;
       const Bounds bounds = g.primitive_bounds(i);
       box.extend(bounds);
-      primitives.add({bounds, in_world ? origin : vec3(0)});
-      if (in_world) largest.extent = std::max(largest.extent, max_component(bounds.diagonal()));
+      primitives.add({bounds, origin});
+      largest_primitive = std::max(largest_primitive, max_component(bounds.diagonal()));
       if (!g.is_triangle(i)) continue;
       const uvec3 v = g.triangles[i];
       thin.add({g.positions[v.x], g.positions[v.y], g.positions[v.z]});

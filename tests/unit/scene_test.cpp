@@ -211,6 +211,24 @@ TEST(Precision, ThinPrimitivesAndLargeNeighboursAreTold) {
             "8 of 12 primitives are too thin for their length, the thinnest 4 m by 4e+06 m: rays may start beyond them");
 }
 
+TEST(Precision, LargePrimitivesOfInstancesAreTold) {
+  const auto warnings_by = [](const std::string& transform) {
+    return precision_warnings(parse_pbrt(R"(WorldBegin
+Shape "trianglemesh" "point3 P" [-1 -1 0 1 -1 1 1 1 1] "integer indices" [0 1 2]
+ObjectBegin "floor"
+Shape "trianglemesh" "point3 P" [-1 -1 0 1 -1 0 1 1 0] "integer indices" [0 1 2]
+ObjectEnd
+)" + transform + "\nObjectInstance \"floor\"\n",
+                                         "s.pbrt"));
+  };
+  EXPECT_TRUE(warnings_by("Scale 100 100 1").empty());
+  const std::vector<std::string> warnings = warnings_by("Scale 1e6 1e6 1");
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0],
+            "rays start 1.4 m off the largest primitive, which spans 2e+06 m; what touches it is as coarse, and the scene has "
+            "what measures 1 m. Divide the primitive, or shrink it");
+}
+
 TEST(Precision, ScenesBelowTheRangeOfFloatsAreTold) {
   EXPECT_TRUE(warnings_of_corridor(4, 0x1p-20f * 0x1p-18f).empty());
   const std::vector<std::string> warnings = warnings_of_corridor(4, 1e-13f);
