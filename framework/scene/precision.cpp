@@ -72,6 +72,25 @@ struct Thin {
   }
 };
 
+// A sphere or cylinder in an instance that makes it so flat is met where it is seen, but at no place to its thickness.
+constexpr float flattest = 16 * 12 * unit_roundoff;
+
+// How thin a transform makes what is as wide as high, over how wide.
+float flatness(const Transform& to_world) {
+  float widest = 0, steepest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    vec3 unit(0);
+    unit[axis] = 1;
+    widest = std::max(widest, glm::length(to_world.vector(unit)));
+    steepest = std::max(steepest, glm::length(to_world.normal(unit)));
+  }
+  return 1 / (widest * steepest);
+}
+
+bool holds_round(const Geometry& geometry) {
+  return std::ranges::any_of(geometry.quadrics, [](const Quadric& q) { return !std::holds_alternative<Disk>(q); });
+}
+
 constexpr float smallest_scene = 1e-12f;  // metres: products of six coordinates stay in the range of floats
 
 float shortest_side(const Bounds& bounds) {
@@ -86,6 +105,7 @@ struct Survey {
   Coarsest objects{fewest_ulps}, primitives{fewest_ulps_of_primitive};
   Thin thin;
   Largest largest;
+  float flatness_of_round = flattest;
   Bounds all;
 
   explicit Survey(const Scene& scene) {
@@ -103,6 +123,9 @@ struct Survey {
       const Bounds bounds = instance.to_world.bounds(of_object[instance.object]);
       const vec3 half(0.5f * largest_of[instance.object]);
       largest.extent = std::max(largest.extent, max_component(instance.to_world.bounds({-half, half}).diagonal()));
+      if (const float f = flatness(instance.to_world);
+          f < flatness_of_round && holds_round(scene.objects[instance.object].geometry))
+        flatness_of_round = f;
       all.extend(bounds);
       objects.add({bounds, scene.origin});
       largest.smaller.push_back(max_component(bounds.diagonal()));
@@ -132,7 +155,7 @@ struct Survey {
 }  // namespace
 
 std::vector<std::string> precision_warnings(const Scene& scene) {
-  const auto [objects, primitives, thin, largest, all] = Survey(scene);
+  const auto [objects, primitives, thin, largest, flatness_of_round, all] = Survey(scene);
   std::vector<std::string> warnings;
   if (objects.worst)
     warnings.push_back(fmt::format(
@@ -154,6 +177,11 @@ std::vector<std::string> precision_warnings(const Scene& scene) {
         fmt::format("rays start {:.2g} m off the largest primitive, which spans {:.3g} m; what touches it is as "
                     "coarse, and the scene has what measures {:.3g} m. Divide the primitive, or shrink it",
                     largest.clearance(), largest.extent, std::ranges::min(largest.smaller)));
+  if (flatness_of_round < flattest)
+    warnings.push_back(
+        fmt::format("an instance makes a sphere or cylinder {:.2g} times as thin as wide, which is less than rays tell: its "
+                    "light is wrong. Use a mesh, or a disk",
+                    flatness_of_round));
   if (const float extent = all.empty() ? 0 : max_component(all.diagonal()); extent > 0 && extent < smallest_scene)
     warnings.push_back(
         fmt::format("the scene spans {:.3g} m: products of its coordinates leave the range of floats; scale it to "

@@ -229,6 +229,24 @@ ObjectEnd
             "what measures 1 m. Divide the primitive, or shrink it");
 }
 
+TEST(Precision, FlatInstancesOfSpheresAreTold) {
+  const auto warnings_by = [](const std::string& transform, const std::string& shape) {
+    return precision_warnings(parse_pbrt(R"(WorldBegin
+Shape "trianglemesh" "point3 P" [-1 -1 0 1 -1 1 1 1 1] "integer indices" [0 1 2]
+ObjectBegin "ball"
+Shape ")" + shape + "\"\nObjectEnd\n" + transform +
+                                             "\nObjectInstance \"ball\"\n",
+                                         "s.pbrt"));
+  };
+  EXPECT_TRUE(warnings_by("Scale 1 1e-4 1", "sphere").empty());
+  EXPECT_TRUE(warnings_by("Scale 1 1 1e-6", "disk").empty());
+  const std::vector<std::string> warnings = warnings_by("Rotate 40 1 2 3 Scale 1 1e-6 1", "sphere");
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0],
+            "an instance makes a sphere or cylinder 1e-06 times as thin as wide, which is less than rays tell: its light is "
+            "wrong. Use a mesh, or a disk");
+}
+
 TEST(Precision, ScenesBelowTheRangeOfFloatsAreTold) {
   EXPECT_TRUE(warnings_of_corridor(4, 0x1p-20f * 0x1p-18f).empty());
   const std::vector<std::string> warnings = warnings_of_corridor(4, 1e-13f);
