@@ -34,7 +34,7 @@ TableCell end_cell(const std::optional<double>& value) {
 }
 
 // A column has its cell in a row from a function; without one the cell is a detail of the row.
-struct Column {
+struct PredictionColumn {
   TableColumn column;
   TableCell (*cell)(const Row&) = nullptr;
 };
@@ -43,8 +43,8 @@ constexpr std::string_view not_confirmed = "Not confirmed:";
 
 constexpr auto everyone = Audience::everyone, readers = Audience::people, machines = Audience::machines;
 
-const std::vector<Column>& columns() {
-  static const std::vector<Column> all{
+const std::vector<PredictionColumn>& columns() {
+  static const std::vector<PredictionColumn> all{
       {{"id", "#"}, [](const Row& row) { return row.id > 0 ? TableCell(row.id) : TableCell(); }},
       {{"statement", "statement", false}, [](const Row& row) { return TableCell(row.statement); }},
       {{"scene", "scene", false}, [](const Row& row) { return TableCell(row.scene); }},
@@ -87,7 +87,7 @@ const std::vector<Column>& columns() {
   return all;
 }
 
-TableCell cell_of(const Column& column, const Row& row) {
+TableCell cell_of(const PredictionColumn& column, const Row& row) {
   if (column.cell != nullptr) return column.cell(row);
   const auto found = std::ranges::find_if(row.details, [&](const auto& detail) { return detail.first == column.column.key; });
   return found == row.details.end() ? TableCell() : found->second;
@@ -164,7 +164,7 @@ Table predictions_table(const Predictions& predictions) {
   for (const Row& row : predictions.rows) rows.push_back(&row);
   std::ranges::stable_sort(rows, [](const Row* a, const Row* b) { return a->id < b->id; });
   table.rows.resize(rows.size());
-  for (const Column& column : columns()) {
+  for (const PredictionColumn& column : columns()) {
     std::vector<TableCell> cells;
     for (const Row* row : rows) cells.push_back(cell_of(column, *row));
     if (std::ranges::none_of(cells, is_filled)) continue;

@@ -20,7 +20,7 @@ std::size_t longest_word(const std::string& text) {
   return longest;
 }
 
-struct Column {
+struct TerminalColumn {
   std::string title;
   bool right;
   std::vector<std::string> cells;
@@ -39,7 +39,7 @@ class TerminalTable {
   TerminalTable(const Table& table, std::size_t group) {
     for (const std::size_t i : visible_columns(table, group)) {
       const TableColumn& from = table.columns[i];
-      Column column{from.title, from.right, {}, 0, 0};
+      TerminalColumn column{from.title, from.right, {}, 0, 0};
       for (const auto& row : table.rows) column.cells.push_back(row[i].text);
       column.measure();
       columns_.push_back(std::move(column));
@@ -54,11 +54,11 @@ class TerminalTable {
     if (!out.empty()) out = wrapped(out, terminal_width);
     if (!fits()) return out + blocks();
     std::vector<std::vector<std::string>> row;
-    for (const Column& column : columns_) row.push_back(broken_lines(column.title, column.width()));
+    for (const TerminalColumn& column : columns_) row.push_back(broken_lines(column.title, column.width()));
     out += lines(row, true);
     for (std::size_t r = 0; r < rows_; ++r) {
       row.clear();
-      for (const Column& column : columns_)
+      for (const TerminalColumn& column : columns_)
         row.push_back(display_width(column.cells[r]) <= column.width() ? std::vector{column.cells[r]}
                                                                        : broken_lines(column.cells[r], column.width(), indent));
       out += lines(row, false);
@@ -69,21 +69,21 @@ class TerminalTable {
  private:
   bool fits() const {
     return terminal_width >= std::accumulate(columns_.begin(), columns_.end(), std::size_t{0},
-                                             [](std::size_t sum, const Column& c) { return sum + gap + c.width(); });
+                                             [](std::size_t sum, const TerminalColumn& c) { return sum + gap + c.width(); });
   }
 
   void fit() {
     if (fits()) return;
-    for (Column& column : columns_) column.title_width = std::max(longest_word(column.title), column.title_width / 2);
+    for (TerminalColumn& column : columns_) column.title_width = std::max(longest_word(column.title), column.title_width / 2);
     for (std::size_t i = columns_.size(); i-- > 0 && !fits() && rows_ > 1;) say_column_once(i);
-    const auto has_parameters = [](const Column& c) { return !c.right && c.cells.front().find('=') != std::string::npos; };
+    const auto has_parameters = [](const auto& c) { return !c.right && c.cells.front().find('=') != std::string::npos; };
     const bool named = rows_ > 1 && std::ranges::count_if(columns_, has_parameters) > 1;
-    for (Column& column : columns_)
+    for (TerminalColumn& column : columns_)
       if (!fits() && !column.right && rows_ > 1) say_parameters_once(column, named);
     // The widest that can be first, as far as is needed.
     while (!fits()) {
-      Column* widest = nullptr;
-      for (Column& column : columns_)
+      TerminalColumn* widest = nullptr;
+      for (TerminalColumn& column : columns_)
         if (!column.right && column.width() > least_width(column) && (!widest || column.width() > widest->width()))
           widest = &column;
       if (!widest) return;
@@ -93,7 +93,7 @@ class TerminalTable {
     }
   }
 
-  static std::size_t least_width(const Column& column) {
+  static std::size_t least_width(const TerminalColumn& column) {
     std::size_t least = std::max(narrowest_name, longest_word(column.title));
     for (const std::string& cell : column.cells) least = std::max(least, longest_word(cell) + indent);
     return least;
@@ -117,7 +117,7 @@ class TerminalTable {
   }
 
   // "sppm k=8 photons=1M" and "ppm k=8" share k=8. The column is named where others have parameters too.
-  void say_parameters_once(Column& column, bool named) {
+  void say_parameters_once(TerminalColumn& column, bool named) {
     for (const std::string& word : words_of(column.cells.front())) {
       if (word.find('=') == std::string::npos) continue;
       const bool shared = std::ranges::all_of(column.cells, [&](const std::string& cell) {
@@ -155,7 +155,7 @@ class TerminalTable {
     return out;
   }
 
-  std::vector<Column> columns_;
+  std::vector<TerminalColumn> columns_;
   std::size_t rows_ = 0;
   std::vector<std::string> said_;
 };

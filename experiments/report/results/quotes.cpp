@@ -28,11 +28,11 @@ std::string_view cut(std::string_view& text, std::string_view end) {
 }
 
 // Which rows of a table give a figure, and how.
-enum class Choice { only, least, most, count };
+enum class Pick { only, least, most, count };
 
 struct QuotedFigure {
   const Table* table = nullptr;
-  Choice choice = Choice::only;
+  Pick choice = Pick::only;
   std::size_t column = 0;
   Words words;
 };
@@ -57,7 +57,7 @@ const Table& table_named(std::string_view name, const TableSource& tables) {
 }
 
 // Reads "[cornell-box, path]"; what is empty has no words. A comma within a word has no space behind it.
-Words words_of(std::string_view text) {
+Words quoted_words(std::string_view text) {
   Words words;
   if (text.empty()) return words;
   if (!text.starts_with('[') || !text.ends_with(']')) throw Error(fmt::format("'{}'; expected [WORD, WORD, …]", text));
@@ -77,9 +77,9 @@ QuotedFigure figure_of(std::string_view text, const Table* given, const TableSou
   const auto cannot = [] { return Error("a figure that cannot be read; expected FOLDER/TABLE COLUMN [WORD, WORD, …]"); };
   const std::size_t bracket = std::min(text.find('['), text.size());
   std::string_view head = trimmed(text.substr(0, bracket));
-  QuotedFigure figure{given, Choice::only, 0, words_of(trimmed(text.substr(bracket)))};
+  QuotedFigure figure{given, Pick::only, 0, quoted_words(trimmed(text.substr(bracket)))};
   if (!given && bracket == text.size()) throw cannot();
-  for (const auto& [name, choice] : {std::pair("least", Choice::least), {"most", Choice::most}, {"count", Choice::count}})
+  for (const auto& [name, choice] : {std::pair("least", Pick::least), {"most", Pick::most}, {"count", Pick::count}})
     if (head == name || head.starts_with(std::string(name) + " ")) {
       figure.choice = choice;
       cut(head, name);
@@ -87,8 +87,8 @@ QuotedFigure figure_of(std::string_view text, const Table* given, const TableSou
     }
   head = trimmed(head);
   if (!given) figure.table = &table_named(cut(head, " "), tables);
-  if ((figure.choice == Choice::count) != trimmed(head).empty()) throw cannot();
-  if (figure.choice != Choice::count) figure.column = column_named(*figure.table, trimmed(head));
+  if ((figure.choice == Pick::count) != trimmed(head).empty()) throw cannot();
+  if (figure.choice != Pick::count) figure.column = column_named(*figure.table, trimmed(head));
   return figure;
 }
 
@@ -135,7 +135,7 @@ std::vector<const std::vector<TableCell>*> rows_with(const Table& table, const W
   return found;
 }
 
-std::optional<double> number_in(std::string_view text) { return parse_number(trimmed(text)); }
+std::optional<double> trimmed_number(std::string_view text) { return parse_number(trimmed(text)); }
 
 // What the log's own table shows there: for a column that only programs read, the readers' column it belongs to.
 std::string shown_text(const QuotedFigure& figure, const std::vector<TableCell>& row) {
@@ -148,15 +148,15 @@ std::string shown_text(const QuotedFigure& figure, const std::vector<TableCell>&
 // whose text goes to `text`.
 std::optional<double> value_of(const QuotedFigure& figure, std::string* text) {
   const auto rows = rows_with(*figure.table, figure.words);
-  if (figure.choice == Choice::count) return static_cast<double>(rows.size());
-  if (figure.choice == Choice::only && rows.size() > 1)
+  if (figure.choice == Pick::count) return static_cast<double>(rows.size());
+  if (figure.choice == Pick::only && rows.size() > 1)
     throw Error(fmt::format("{} rows of {} have all of [{}]; expected one", rows.size(), figure.table->name,
                             fmt::join(figure.words, ", ")));
   std::optional<double> chosen;
   for (const auto* row : rows) {
-    const auto value = number_in((*row)[figure.column].raw);
-    if (text && figure.choice == Choice::only) *text = shown_text(figure, *row);
-    if (value && (!chosen || (figure.choice == Choice::least ? *value < *chosen : *value > *chosen))) chosen = value;
+    const auto value = trimmed_number((*row)[figure.column].raw);
+    if (text && figure.choice == Pick::only) *text = shown_text(figure, *row);
+    if (value && (!chosen || (figure.choice == Pick::least ? *value < *chosen : *value > *chosen))) chosen = value;
   }
   return chosen;
 }
@@ -168,8 +168,8 @@ std::string notation(double value, std::string_view format) {
   }
   if (format.find('*') != std::string_view::npos) {
     const std::string_view factor = cut(format, "*");
-    if (!number_in(factor)) throw Error(fmt::format("the factor '{}'; expected a number", factor));
-    value *= *number_in(factor);
+    if (!trimmed_number(factor)) throw Error(fmt::format("the factor '{}'; expected a number", factor));
+    value *= *trimmed_number(factor);
   }
   try {
     return fmt::format(fmt::runtime(fmt::format("{{:{}}}", trimmed(format))), value);
@@ -221,9 +221,9 @@ std::vector<TableLine> lines_by(const Table& table, std::string_view key, const 
 std::vector<TableLine> rows_of(std::string_view kind, std::string_view line, std::string_view label, const Table& table) {
   if (kind == "rows") {
     const std::string_view key = cut(line, " ");
-    return lines_by(table, key, words_of(trimmed(line)));
+    return lines_by(table, key, quoted_words(trimmed(line)));
   }
-  const Words words = words_of(trimmed(line));
+  const Words words = quoted_words(trimmed(line));
   return {{label.empty() ? fmt::format("{}", fmt::join(words, ", ")) : std::string(label), words}};
 }
 
