@@ -11,7 +11,7 @@
 namespace etendue {
 namespace {
 
-constexpr const char* experiment =
+constexpr const char* animation_experiment =
     "title = \"Moving\"\n"
     "scenes = [\"builtin:cornell-spheres\"]\n"
     "accels = [\"binned-sah\", { name = \"median\", leaf_size = 2 }]\n"
@@ -23,10 +23,10 @@ constexpr const char* experiment =
     "motions = [\"twist\", { name = \"scatter\", objects = 8, moving = 0.5 }]\n"
     "policies = [\"refit\", \"rebuild\", { name = \"hybrid\", sah_growth = 1.1, least_gain = 0 }]\n";
 
-std::string with(const std::string& from, const std::string& to) { return replaced(experiment, from, to); }
+std::string animation_with(const std::string& from, const std::string& to) { return replaced(animation_experiment, from, to); }
 
 TEST(AnimationConfig, ValidFileIsReadInFull) {
-  const ExperimentConfig config = parse_experiment(experiment, "x.toml");
+  const ExperimentConfig config = parse_experiment(animation_experiment, "x.toml");
   EXPECT_EQ(choice_of<AnimationChoice>(config).frames, 4);
   EXPECT_EQ(choice_of<AnimationChoice>(config).resolution, 16);
   ASSERT_EQ(choice_of<AnimationChoice>(config).policies.size(), 3u);
@@ -37,7 +37,7 @@ TEST(AnimationConfig, ValidFileIsReadInFull) {
 }
 
 TEST(AnimationConfig, QuickHasADefault) {
-  const ExperimentConfig config = parse_experiment(experiment, "x.toml", {true, {}});
+  const ExperimentConfig config = parse_experiment(animation_experiment, "x.toml", {true, {}});
   EXPECT_EQ(config.seeds.size(), 1u);
   EXPECT_EQ(choice_of<AnimationChoice>(config).frames, 10);
   EXPECT_EQ(choice_of<AnimationChoice>(config).motions.size(), 2u) << "what is asked stays";
@@ -51,18 +51,18 @@ TEST(AnimationConfig, MotionsAndPoliciesHaveDefaults) {
 
 TEST(AnimationConfig, SlipsAreErrorsAtTheirPlace) {
   const std::tuple<std::string, std::string, std::string> slips[] = {
-      {with("frames = 4", "frame = 4"), "x.toml:6:1", "frames"},
-      {with("frames = 4", "frames = 0"), "x.toml:6:10", "out of range"},
-      {with("\"twist\"", "\"twizt\""), "x.toml:9:12", "twist"},
-      {with("objects = 8", "object = 8"), "x.toml:9:41", "objects"},
-      {with("moving = 0.5", "moving = 5"), "x.toml:9:", "moving"},
-      {with("\"refit\"", "\"refitt\""), "x.toml:10:13", "refit"},
-      {with("sah_growth = 1.1", "sah_growth = 0.5"), "x.toml:10:", "sah_growth"},
-      {with("\"refit\"", "{ name = \"refit\", sah_growth = 2 }"), "x.toml:10:", "sah_growth"},
-      {with("\"binned-sah\"", "\"octree\""), "x.toml:3:11", "cannot change over time"},
-      {with("leaf_size = 2", "layout = \"bvh8\""), "x.toml:3:", "binary"},
-      {with("seeds = 2", "budget = { samples = 3 }"), "x.toml:4:1", "dynamic"},
-      {with("seeds = 2", "integrators = [\"path\"]"), "x.toml:4:1", "dynamic"},
+      {animation_with("frames = 4", "frame = 4"), "x.toml:6:1", "frames"},
+      {animation_with("frames = 4", "frames = 0"), "x.toml:6:10", "out of range"},
+      {animation_with("\"twist\"", "\"twizt\""), "x.toml:9:12", "twist"},
+      {animation_with("objects = 8", "object = 8"), "x.toml:9:41", "objects"},
+      {animation_with("moving = 0.5", "moving = 5"), "x.toml:9:", "moving"},
+      {animation_with("\"refit\"", "\"refitt\""), "x.toml:10:13", "refit"},
+      {animation_with("sah_growth = 1.1", "sah_growth = 0.5"), "x.toml:10:", "sah_growth"},
+      {animation_with("\"refit\"", "{ name = \"refit\", sah_growth = 2 }"), "x.toml:10:", "sah_growth"},
+      {animation_with("\"binned-sah\"", "\"octree\""), "x.toml:3:11", "cannot change over time"},
+      {animation_with("leaf_size = 2", "layout = \"bvh8\""), "x.toml:3:", "binary"},
+      {animation_with("seeds = 2", "budget = { samples = 3 }"), "x.toml:4:1", "dynamic"},
+      {animation_with("seeds = 2", "integrators = [\"path\"]"), "x.toml:4:1", "dynamic"},
       {"scenes = [\"builtin:mesh\"]\ndynamic = 3\n", "x.toml:2:11", "a table"}};
   for (const auto& [text, place, piece] : slips) {
     const std::string what = config_error(text);
@@ -96,7 +96,7 @@ class AnimationRun : public ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    write_file("moving.toml", experiment);
+    write_file("moving.toml", animation_experiment);
   }
   RunLog log(const std::string& out) { return read_log((directory_ / out / "runs.jsonl").string()); }
 };

@@ -17,7 +17,7 @@ namespace {
 
 using testing::SceneContext;
 
-constexpr ivec2 size{24, 24};
+constexpr ivec2 cached_size{24, 24};
 const Location here{"test.cache"};
 
 ParamMap params(std::initializer_list<std::pair<const char*, const char*>> given) {
@@ -35,7 +35,7 @@ struct CacheRun {
 };
 
 CacheRun render_with(const Scene& scene, const ParamMap& map, std::uint32_t iterations, const std::string& loaded = {},
-                     int threads = 1, ivec2 resolution = size, const std::string& name = "irradiance-cache") {
+                     int threads = 1, ivec2 resolution = cached_size, const std::string& name = "irradiance-cache") {
   SceneContext scope(scene, resolution);
   const auto integrator = find_integrator(name, {}).make(map);
   Film film(resolution);
@@ -129,7 +129,8 @@ class SavedCaches : public ::testing::TestWithParam<SavedCase> {
  protected:
   CacheRun run(const Scene& of, bool refines, std::uint32_t iterations, const std::string& loaded = {}, int threads = 1,
                const char* more = nullptr) const {
-    return render_with(of, params_of(GetParam(), refines, more), iterations, loaded, threads, size, GetParam().integrator);
+    return render_with(of, params_of(GetParam(), refines, more), iterations, loaded, threads, cached_size,
+                       GetParam().integrator);
   }
   const Scene scene_ = load_scene(GetParam().scene);
 };
@@ -185,7 +186,7 @@ TEST_P(SavedCaches, OfAnotherSceneMethodOrParametersAreRefused) {
   for (const SavedCase& other : saved_cases) {
     if (std::string(other.integrator) == GetParam().integrator) continue;
     const std::string reason =
-        refusal([&] { render_with(scene_, params_of(other, true), 1, cache, 1, size, other.integrator); });
+        refusal([&] { render_with(scene_, params_of(other, true), 1, cache, 1, cached_size, other.integrator); });
     EXPECT_NE(reason.find(std::string("a cache of integrator '") + GetParam().integrator), std::string::npos) << reason;
   }
 }
@@ -208,7 +209,7 @@ std::string refused_or_used_by(const Scene& scene, const SavedCase& c, const std
 
 // Loads without preparing.
 std::string refused_by(const Scene& scene, const SavedCase& c, const std::string& bytes) {
-  SceneContext scope(scene, size);
+  SceneContext scope(scene, cached_size);
   const auto integrator = find_integrator(c.integrator, {}).make(params_of(c, true));
   return refusal([&] { integrator->cache()->load(scope.context, bytes, here); });
 }
@@ -286,7 +287,7 @@ TEST(SavedCache, OfRecordsThatAreMadeAnewIsRefused) {
 TEST(SavedCache, OfCellsIsTheOneThatWentOn) {
   const Scene scene = load_scene("builtin:cornell-box");
   const auto run = [&](std::uint32_t iterations, const std::string& loaded) {
-    return render_with(scene, {}, iterations, loaded, 1, size, "hash-cache").cache;
+    return render_with(scene, {}, iterations, loaded, 1, cached_size, "hash-cache").cache;
   };
   EXPECT_EQ(run(3, run(5, {})), run(8, {}));
 }

@@ -16,7 +16,7 @@ ClaimFigure figure(FigureKind kind, Measured measured, double low, double high) 
   return {"q", "q", kind, measured, true, {low, high}};
 }
 
-constexpr const char* experiment =
+constexpr const char* claims_experiment =
     "title = \"Two claims\"\n"
     "timing = { resolution = 16, repetitions = 2 }\n"
     "[[claims]]\n"
@@ -43,10 +43,10 @@ constexpr const char* experiment =
     "scenes = [\"builtin:cornell-box\"]\n"
     "large = true\n";
 
-std::string with(const std::string& from, const std::string& to) { return replaced(experiment, from, to); }
+std::string claims_with(const std::string& from, const std::string& to) { return replaced(claims_experiment, from, to); }
 
 TEST(ClaimsConfig, ValidFileIsReadInFull) {
-  const ExperimentConfig config = parse_experiment(experiment, "x.toml");
+  const ExperimentConfig config = parse_experiment(claims_experiment, "x.toml");
   const auto& choice = choice_of<ClaimsChoice>(config);
   EXPECT_EQ(choice.resolution, 16);
   ASSERT_EQ(choice.rows.size(), 2u);
@@ -58,26 +58,26 @@ TEST(ClaimsConfig, ValidFileIsReadInFull) {
 }
 
 TEST(ClaimsConfig, QuickLeavesOutWhatIsLarge) {
-  EXPECT_EQ(make_cells(parse_experiment(experiment, "x.toml", {true, {}})).size(), 3u);
+  EXPECT_EQ(make_cells(parse_experiment(claims_experiment, "x.toml", {true, {}})).size(), 3u);
 }
 
 TEST(ClaimsConfig, SlipsAreErrorsAtTheirPlace) {
   const std::tuple<std::string, std::string, std::string> slips[] = {
-      {with("name = \"recursion\"", "name = \"recursoin\""), "x.toml:9:8", "recursion"},
-      {with("iterative = [1", "itterative = [1"), "x.toml:11:12", "iterative"},
-      {with("[1, inf]", "[2, 1]"), "x.toml:11:", "low <= high"},
-      {with("[1, inf]", "[1]"), "x.toml:11:", "interval"},
-      {with("{ iterative = [1, inf] }", "{}"), "x.toml:11:10", "one of iterative"},
-      {with("objects?count=20", "objects?cuont=20"), "x.toml:10:38", "count"},
-      {with("claim:objects", "claim:object"), "x.toml:10:38", "objects"},
-      {with("claim:objects?count=20", "builtin:cornell-spheres"), "x.toml:10:38", "twice"},
-      {with("id = 11", "id = 5"), "x.toml:12:", "twice"},
-      {with("claimed = \"64\"\n", ""), "x.toml:12:", "claimed"},
-      {with("expect = { node_bytes = [64, 64] }\n", ""), "x.toml:12:", "expect"},
-      {with("resolution = 16", "resolutoin = 16"), "x.toml:2:12", "resolution"},
-      {with("repetitions = 2", "repetitions = 0"), "x.toml:2:", "out of range"},
-      {with("timing", "seeds = 3\ntiming"), "x.toml:2:1", "seeds"},
-      {with("large = true", "large = 1"), "x.toml:25:9", "true or false"},
+      {claims_with("name = \"recursion\"", "name = \"recursoin\""), "x.toml:9:8", "recursion"},
+      {claims_with("iterative = [1", "itterative = [1"), "x.toml:11:12", "iterative"},
+      {claims_with("[1, inf]", "[2, 1]"), "x.toml:11:", "low <= high"},
+      {claims_with("[1, inf]", "[1]"), "x.toml:11:", "interval"},
+      {claims_with("{ iterative = [1, inf] }", "{}"), "x.toml:11:10", "one of iterative"},
+      {claims_with("objects?count=20", "objects?cuont=20"), "x.toml:10:38", "count"},
+      {claims_with("claim:objects", "claim:object"), "x.toml:10:38", "objects"},
+      {claims_with("claim:objects?count=20", "builtin:cornell-spheres"), "x.toml:10:38", "twice"},
+      {claims_with("id = 11", "id = 5"), "x.toml:12:", "twice"},
+      {claims_with("claimed = \"64\"\n", ""), "x.toml:12:", "claimed"},
+      {claims_with("expect = { node_bytes = [64, 64] }\n", ""), "x.toml:12:", "expect"},
+      {claims_with("resolution = 16", "resolutoin = 16"), "x.toml:2:12", "resolution"},
+      {claims_with("repetitions = 2", "repetitions = 0"), "x.toml:2:", "out of range"},
+      {claims_with("timing", "seeds = 3\ntiming"), "x.toml:2:1", "seeds"},
+      {claims_with("large = true", "large = 1"), "x.toml:25:9", "true or false"},
       {"scenes = [\"builtin:mesh\"]\nstructures = true\ntiming = { repetitions = 2 }\n", "x.toml:3:1", "claims"}};
   for (const auto& [text, place, piece] : slips) {
     const std::string what = config_error(text);
@@ -162,7 +162,7 @@ class ClaimsRun : public ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    write_file("two.toml", experiment);
+    write_file("two.toml", claims_experiment);
   }
 };
 

@@ -11,13 +11,13 @@
 namespace etendue {
 namespace {
 
-constexpr ivec2 size{40, 30};
+constexpr ivec2 flip_size{40, 30};
 
 // A gradient with a bright spot, and the same with noise, a red stripe and a blue one.
 Image reference_image() {
-  Image image(size);
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) {
+  Image image(flip_size);
+  for (int y = 0; y < flip_size.y; ++y)
+    for (int x = 0; x < flip_size.x; ++x) {
       const bool spot = x >= 20 && x < 25 && y >= 12 && y < 16;
       image.at(x, y) = dvec3(0.1 + x / 40.0, 0.2 + 0.5 * y / 30, 0.3) + (spot ? 20.0 : 0.0);
     }
@@ -26,8 +26,8 @@ Image reference_image() {
 
 Image test_image() {
   Image image = reference_image();
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) {
+  for (int y = 0; y < flip_size.y; ++y)
+    for (int x = 0; x < flip_size.x; ++x) {
       dvec3& pixel = image.at(x, y);
       pixel *= 1 + 0.4 * ((x * 7 + y * 13) % 11 / 11.0 - 0.5);
       if (x == 10) pixel.x += 0.8;
@@ -45,7 +45,7 @@ Image constant(const dvec3& colour, ivec2 of = {8, 8}) {
 void expect_errors(const std::vector<double>& errors, double mean, const std::array<double, 4>& pixels) {
   EXPECT_NEAR(mean_of(errors), mean, 2e-6);
   constexpr ivec2 at[] = {{0, 0}, {22, 15}, {10, 20}, {39, 29}};
-  for (std::size_t i = 0; i < pixels.size(); ++i) EXPECT_NEAR(errors[pixel_index(at[i], size)], pixels[i], 2e-5) << i;
+  for (std::size_t i = 0; i < pixels.size(); ++i) EXPECT_NEAR(errors[pixel_index(at[i], flip_size)], pixels[i], 2e-5) << i;
 }
 
 // The figures are those of the published formulas in Python, with whole kernels in place of separable ones and conversions to
@@ -107,7 +107,8 @@ TEST(Flip, ExtremeImagesHaveNumbersAndNonFiniteOnesAnError) {
   image.at(3, 4) = dvec3(1e300, -1e300, 1e-300);
   for (const double error : flip_errors(image, reference)) EXPECT_TRUE(error >= 0 && error <= 1) << error;
   for (const double error : flip_errors(reference, image)) EXPECT_TRUE(error >= 0 && error <= 1) << error;
-  for (const double error : flip_errors(reference, constant(dvec3(0), size))) EXPECT_TRUE(error >= 0 && error <= 1) << error;
+  for (const double error : flip_errors(reference, constant(dvec3(0), flip_size)))
+    EXPECT_TRUE(error >= 0 && error <= 1) << error;
   EXPECT_GE(flip(constant(dvec3(1), {1, 1}), constant(dvec3(0.5), {1, 1})), 0.1);
   for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     image.at(3, 4).y = bad;

@@ -27,7 +27,7 @@ ExperimentConfig parse(const std::string& text, const ConfigOptions& options = {
   return parse_experiment(text, "x.toml", options);
 }
 
-std::string with(const std::string& from, const std::string& to) { return replaced(valid, from, to); }
+std::string config_with(const std::string& from, const std::string& to) { return replaced(valid, from, to); }
 
 TEST(ExperimentConfig, ValidFileIsReadInFull) {
   const ExperimentConfig config = parse(valid);
@@ -51,28 +51,30 @@ TEST(ExperimentConfig, ArraysOfValuesMakeEveryCombinationOnce) {
     for (const Method& method : config.integrators) all.push_back(method.label());
     return all;
   };
-  const std::string text = with("max_depth = 7", "mis = [\"bsdf\", \"light\"]\nmax_depth = [7, \"1k\"]");
+  const std::string text = config_with("max_depth = 7", "mis = [\"bsdf\", \"light\"]\nmax_depth = [7, \"1k\"]");
   EXPECT_EQ(labels(parse(text)),
             (std::vector<std::string>{"path max_depth=7 mis=bsdf", "path max_depth=7 mis=light", "path max_depth=1000 mis=bsdf",
                                       "path max_depth=1000 mis=light", "photon-map photons=20000"}));
   EXPECT_EQ(labels(parse(valid, {false, {"integrators.photon-map.photons=[10, 20]"}})),
             (std::vector<std::string>{"path max_depth=7", "photon-map photons=10", "photon-map photons=20"}));
-  const ExperimentConfig accels = parse(with("leaf_size = 2", "leaf_size = [2, 4]"));
+  const ExperimentConfig accels = parse(config_with("leaf_size = 2", "leaf_size = [2, 4]"));
   ASSERT_EQ(accels.accels.size(), 3u);
   EXPECT_EQ(accels.accels[2].label(), "median leaf_size=4");
 
-  expect_error(with("max_depth = 7", "max_depth = []"), "x.toml:8:13", "integrators.max_depth is empty");
-  expect_error(with("max_depth = 7", "max_depth = [7, -7]"), "x.toml:8:17", "out of range");
-  expect_error(with("max_depth = 7", "max_depth = [7, [8]]"), "x.toml:8:17", "an array; expected a boolean, a number or text");
-  expect_error(with("max_depth = 7", "max_depth = [7, 7]"), "x.toml:8:17", "integrators: max_depth of path lists 7 twice");
-  expect_error(with("max_depth = 7", "mis = [\"bsdf\", \"light\"]\nmax_depth = [3, 7, \"3\"]"), "x.toml:9:20",
+  expect_error(config_with("max_depth = 7", "max_depth = []"), "x.toml:8:13", "integrators.max_depth is empty");
+  expect_error(config_with("max_depth = 7", "max_depth = [7, -7]"), "x.toml:8:17", "out of range");
+  expect_error(config_with("max_depth = 7", "max_depth = [7, [8]]"), "x.toml:8:17",
+               "an array; expected a boolean, a number or text");
+  expect_error(config_with("max_depth = 7", "max_depth = [7, 7]"), "x.toml:8:17",
+               "integrators: max_depth of path lists 7 twice");
+  expect_error(config_with("max_depth = 7", "mis = [\"bsdf\", \"light\"]\nmax_depth = [3, 7, \"3\"]"), "x.toml:9:20",
                "max_depth of path lists 3 twice");
-  expect_error(with("leaf_size = 2", "leaf_size = [2, 2]"), "x.toml:3:60", "accels: leaf_size of median lists 2 twice");
-  expect_error(with("max_depth = 7", "max_depth = {}"), "x.toml:8:13", "or an array of these");
+  expect_error(config_with("leaf_size = 2", "leaf_size = [2, 2]"), "x.toml:3:60", "accels: leaf_size of median lists 2 twice");
+  expect_error(config_with("max_depth = 7", "max_depth = {}"), "x.toml:8:13", "or an array of these");
   std::string many = "[1";
   for (int i = 2; i <= 200; ++i) many += fmt::format(", {}", i);
   many += "]";
-  expect_error(with("max_depth = 7", "max_depth = " + many + "\nroulette_depth = " + many), "x.toml:9:18",
+  expect_error(config_with("max_depth = 7", "max_depth = " + many + "\nroulette_depth = " + many), "x.toml:9:18",
                "makes 40000 combinations of the arrays so far; expected 10000 at most");
 }
 
@@ -119,30 +121,30 @@ TEST(ExperimentConfig, BadOverridesAreErrorsToo) {
 }
 
 TEST(ExperimentConfig, SlipsAreErrorsAtTheirPlace) {
-  expect_error(with("seeds", "sedes"), "x.toml:4:1", "did you mean 'seeds'");
-  expect_error(with("time =", "tme ="), "x.toml:5:12", "did you mean 'time'");
-  expect_error(with("1.5min", "1.5mn"), "x.toml:5:19", "units: s, ms, min, h");
-  expect_error(with("\"1.5min\"", "true"), "x.toml:5:19", "a boolean; expected a time");
-  expect_error(with("seeds = 3", "seeds = \"x\""), "x.toml:4:9", "expected a count");
-  expect_error(with("seeds = 3", "seeds = 0"), "x.toml:4:9", "expected 1 ..");
-  expect_error(with("seeds = 3", "seeds = [1, 1]"), "x.toml:4:13", "twice");
-  expect_error(with("sqrt2", "cubic"), "x.toml:5:43", "linear:N");
-  expect_error(with("builtin:cornell-box", "builtin:cornel-box"), "x.toml:2:37", "did you mean 'builtin:cornell-box'");
-  expect_error(with("builtin:cornell-box", "no/such.pbrt"), "x.toml:2:37", "no scene");
-  expect_error(with("\"path\"", "\"pth\""), "x.toml:7:8", "did you mean 'path'");
-  expect_error(with("max_depth", "mx_depth"), "x.toml:8:1", "did you mean 'max_depth'");
-  expect_error(with("max_depth = 7", "max_depth = -7"), "x.toml:8:13", "out of range");
-  expect_error(with("20k", "20q"), "x.toml:11:11", "unit");
-  expect_error(with("leaf_size = 2", "leaf_size = 1979-05-27"), "x.toml:3:56", "date");
-  expect_error(with("\"binned-sah\"", "\"binned\""), "x.toml:3:11", "did you mean 'binned-sah'");
-  expect_error(with("name = \"photon-map\"", "nam = \"photon-map\""), "x.toml:9:1", "without a name");
-  expect_error(with("title =", "title"), "x.toml:1:7", "not TOML");
-  expect_error(with("A question", "A\\u0000"), "x.toml:1:9", "U+0000");
-  expect_error(with("1.5min", "1e300h"), "x.toml:5:19", "1e9 s at most");
+  expect_error(config_with("seeds", "sedes"), "x.toml:4:1", "did you mean 'seeds'");
+  expect_error(config_with("time =", "tme ="), "x.toml:5:12", "did you mean 'time'");
+  expect_error(config_with("1.5min", "1.5mn"), "x.toml:5:19", "units: s, ms, min, h");
+  expect_error(config_with("\"1.5min\"", "true"), "x.toml:5:19", "a boolean; expected a time");
+  expect_error(config_with("seeds = 3", "seeds = \"x\""), "x.toml:4:9", "expected a count");
+  expect_error(config_with("seeds = 3", "seeds = 0"), "x.toml:4:9", "expected 1 ..");
+  expect_error(config_with("seeds = 3", "seeds = [1, 1]"), "x.toml:4:13", "twice");
+  expect_error(config_with("sqrt2", "cubic"), "x.toml:5:43", "linear:N");
+  expect_error(config_with("builtin:cornell-box", "builtin:cornel-box"), "x.toml:2:37", "did you mean 'builtin:cornell-box'");
+  expect_error(config_with("builtin:cornell-box", "no/such.pbrt"), "x.toml:2:37", "no scene");
+  expect_error(config_with("\"path\"", "\"pth\""), "x.toml:7:8", "did you mean 'path'");
+  expect_error(config_with("max_depth", "mx_depth"), "x.toml:8:1", "did you mean 'max_depth'");
+  expect_error(config_with("max_depth = 7", "max_depth = -7"), "x.toml:8:13", "out of range");
+  expect_error(config_with("20k", "20q"), "x.toml:11:11", "unit");
+  expect_error(config_with("leaf_size = 2", "leaf_size = 1979-05-27"), "x.toml:3:56", "date");
+  expect_error(config_with("\"binned-sah\"", "\"binned\""), "x.toml:3:11", "did you mean 'binned-sah'");
+  expect_error(config_with("name = \"photon-map\"", "nam = \"photon-map\""), "x.toml:9:1", "without a name");
+  expect_error(config_with("title =", "title"), "x.toml:1:7", "not TOML");
+  expect_error(config_with("A question", "A\\u0000"), "x.toml:1:9", "U+0000");
+  expect_error(config_with("1.5min", "1e300h"), "x.toml:5:19", "1e9 s at most");
 }
 
 TEST(ExperimentConfig, SlipInQuickIsFoundWithoutQuick) {
-  expect_error(with("seeds = [5]", "sedes = [5]"), "x.toml:13:1", "did you mean 'seeds'");
+  expect_error(config_with("seeds = [5]", "sedes = [5]"), "x.toml:13:1", "did you mean 'seeds'");
 }
 
 TEST(ExperimentConfig, MeaninglessCombinationsAreErrors) {
@@ -152,19 +154,19 @@ TEST(ExperimentConfig, MeaninglessCombinationsAreErrors) {
   expect_error("scenes = \"builtin:furnace\"\nintegrators = [\"path\"]\nbudget = { error = 0.1 }", "x.toml:3:20", "beside it");
   expect_error("scenes = \"builtin:furnace\"\nintegrators = [\"path\", \"path\"]\nbudget = { samples = 1 }", "x.toml:2:24",
                "twice");
-  expect_error(with("seeds = 3", "reference = \"exacct\""), "x.toml:4:13", "did you mean 'exact'");
-  expect_error(with("seeds = 3", "reference = { samples = 2 }"), "x.toml:4:25", "16 ..");
-  expect_error(with("seeds = 3", "metrics = [\"flp\"]"), "x.toml:4:12", "did you mean 'flip'");
-  expect_error(with("seeds = 3", "resolution = [64]"), "x.toml:4:14", "[width, height]");
+  expect_error(config_with("seeds = 3", "reference = \"exacct\""), "x.toml:4:13", "did you mean 'exact'");
+  expect_error(config_with("seeds = 3", "reference = { samples = 2 }"), "x.toml:4:25", "16 ..");
+  expect_error(config_with("seeds = 3", "metrics = [\"flp\"]"), "x.toml:4:12", "did you mean 'flip'");
+  expect_error(config_with("seeds = 3", "resolution = [64]"), "x.toml:4:14", "[width, height]");
 }
 
 TEST(ExperimentConfig, HashIsOfWhatChangesAResult) {
   const std::string hash = parse(valid).hash;
   EXPECT_EQ(parse(std::string("# a comment\n") + valid).hash, hash);
-  EXPECT_EQ(parse(with("A question", "Another title")).hash, hash);
-  EXPECT_EQ(parse(with("seeds = 3", "seeds = 3\nthreads = 2")).hash, hash);
-  EXPECT_NE(parse(with("seeds = 3", "seeds = 4")).hash, hash);
-  EXPECT_NE(parse(with("max_depth = 7", "max_depth = 8")).hash, hash);
+  EXPECT_EQ(parse(config_with("A question", "Another title")).hash, hash);
+  EXPECT_EQ(parse(config_with("seeds = 3", "seeds = 3\nthreads = 2")).hash, hash);
+  EXPECT_NE(parse(config_with("seeds = 3", "seeds = 4")).hash, hash);
+  EXPECT_NE(parse(config_with("max_depth = 7", "max_depth = 8")).hash, hash);
 }
 
 TEST(ExperimentConfig, FiguresFromElsewhereChangeNoResult) {

@@ -15,7 +15,7 @@
 namespace etendue {
 namespace {
 
-constexpr const char* experiment =
+constexpr const char* small_experiment =
     "title = \"Small\"\n"
     "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
     "seeds = 4\n"
@@ -30,7 +30,7 @@ class Run : public ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    write_file("small.toml", experiment);
+    write_file("small.toml", small_experiment);
   }
 
   RunLog log(const std::string& out = "out/small") { return read_log((directory_ / out / "runs.jsonl").string()); }
@@ -195,7 +195,7 @@ TEST_F(Run, ShardsAreAPartitionAndMergeInTheReport) {
 }
 
 TEST_F(Run, WhatImagesToldIsInTheLog) {
-  write_file("rates.toml", std::string(experiment).replace(0, 15, "title = \"Rates\"") +
+  write_file("rates.toml", std::string(small_experiment).replace(0, 15, "title = \"Rates\"") +
                                "[[predictions]]\nmethod = \"path mis=light\"\nscene = \"builtin:lambert-sphere\"\n"
                                "metric = \"variance\"\nexpect = { exponent = \"-1\" }\nsource = \"[Veach1997]\"\n");
   ASSERT_EQ(run({"run", "rates.toml", "--out", "whole"}).status, 0);

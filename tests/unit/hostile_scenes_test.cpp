@@ -47,7 +47,7 @@ const std::vector<std::string> lights{
     "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [4 4 4] \"bool twosided\" true Translate -0.6 0.3 1.2 Rotate 40 1 0 "
     "0\n"
     "Shape \"disk\" \"float radius\" 0.3 \"float innerradius\" 0.1 AttributeEnd\n"};
-const std::vector<std::string> shapes{
+const std::vector<std::string> hostile_shapes{
     "Material \"diffuse\" \"rgb reflectance\" [0.7 0.2 0.2] Shape \"trianglemesh\" \"point3 P\" [-1 1 0 1 1 0 1 1 2 -1 1 2]\n"
     "\"integer indices\" [0 1 2 0 2 3] \"normal3 N\" [0 -1 0 0 -1 0.1 0.1 -1 0 0 -1 0]\n",
     "AttributeBegin Translate 0.4 0 0.35 Material \"dielectric\" \"float eta\" 1.5 Shape \"sphere\" \"float radius\" 0.3\n"
@@ -67,7 +67,7 @@ class Hostile {
   explicit Hostile(std::uint64_t seed) : rng_(seed, 17) {}
 
   std::string scene() {
-    std::string text = seen_from + any(lights) + any(lights) + floor_of_scene + any(shapes) + any(shapes);
+    std::string text = seen_from + any(lights) + any(lights) + floor_of_scene + any(hostile_shapes) + any(hostile_shapes);
     for (std::uint32_t changes = rng_.next() % 3 + 1; changes > 0; --changes) change_number(text);
     return text;
   }

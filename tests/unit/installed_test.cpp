@@ -9,8 +9,6 @@
 namespace etendue {
 namespace {
 
-bool has(const std::string& program) { return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0; }
-
 class Installed : public ProgramTest {
  protected:
   // What a shell prints that runs the script in the test's directory.
@@ -75,19 +73,19 @@ TEST_F(Installed, CompletionAndManualHaveEachOption) {
 }
 
 TEST_F(Installed, ZshTakesItsScript) {
-  if (!has("zsh")) GTEST_SKIP() << "zsh is not installed";
+  if (!is_installed("zsh")) GTEST_SKIP() << "zsh is not installed";
   write_file("_etendue", run({"completion", "zsh"}).out);
   EXPECT_EQ(printed("zsh -f", "autoload -U compinit; compinit -u -D; source ./_etendue; print $_comps[etendue]"), "_etendue\n");
 }
 
 TEST_F(Installed, ManualIsSoundRoff) {
-  if (!has("groff")) GTEST_SKIP() << "groff is not installed";
+  if (!is_installed("groff")) GTEST_SKIP() << "groff is not installed";
   write_file("etendue.1", run({"man"}).out);
   EXPECT_EQ(printed("bash", "groff -man -Tutf8 -ww -z etendue.1"), "");
 }
 
 TEST_F(Installed, ProgramRunsFromItsPrefix) {
-  if (!has("cmake")) GTEST_SKIP() << "cmake is not installed";
+  if (!is_installed("cmake")) GTEST_SKIP() << "cmake is not installed";
   const std::string build = std::filesystem::path(program_path).parent_path().string();
   printed("bash", "cmake --install '" + build + "' --prefix \"$PWD/prefix\" >log 2>&1 || { cat log; exit 1; }");
   for (const char* file : {"bin/etendue", "share/bash-completion/completions/etendue", "share/zsh/site-functions/_etendue",

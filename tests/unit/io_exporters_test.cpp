@@ -215,7 +215,7 @@ TEST(ExportedScenes, ReferencesThatMultiplyEndInAnError) {
 TEST(ExportedScenes, MitsubasRarerTypesHaveAnswers) {
   const std::string named = "<shape type=\"rectangle\"/>";
   EXPECT_ERROR(mts::read("<sensor type=\"distant\"/>" + named), "sensor \"distant\" is not supported");
-  EXPECT_TRUE(mts::warns(mts::approximated("<sensor type=\"distant\"/>" + named), "sensor \"distant\""));
+  EXPECT_TRUE(warns(mts::approximated("<sensor type=\"distant\"/>" + named), "sensor \"distant\""));
   const auto plain =
       mts::material_of<Plastic>("<bsdf type=\"principled\"><float name=\"specular\" value=\"0\"/></bsdf>", "3.0.0", true);
   EXPECT_NEAR(static_cast<float>(plain.eta), 1, 0.01f);

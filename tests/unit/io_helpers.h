@@ -3,10 +3,12 @@
 
 #include "framework/core/error.h"
 #include "framework/core/rng.h"
+#include "framework/scene/scene.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -65,6 +67,11 @@ std::string error_of(const Call& call) {
 inline ::testing::AssertionResult contains(const std::string& message, const std::string& expected) {
   if (message.find(expected) != std::string::npos) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure() << "says '" << message << "', not '" << expected << "'";
+}
+
+inline bool warns(const Scene& scene, const std::string& text) {
+  return std::any_of(scene.warnings.begin(), scene.warnings.end(),
+                     [&](const std::string& w) { return w.find(text) != std::string::npos; });
 }
 
 #define EXPECT_ERROR(call, text) EXPECT_TRUE(contains(error_of([&] { (void)(call); }), text))

@@ -4,8 +4,6 @@
 #include "framework/io/mitsuba/mitsuba.h"
 #include "tests/unit/io_helpers.h"
 
-#include <algorithm>
-
 namespace etendue::mitsuba_test {
 
 inline const std::string rectangle = "<shape type=\"rectangle\"/>";
@@ -29,10 +27,6 @@ T light_of(const std::string& emitter) {
 }
 inline void expect_near(const vec3& a, const vec3& b, float tolerance = 1e-4f) {
   EXPECT_LE(glm::length(a - b), tolerance) << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
-}
-inline bool warns(const Scene& scene, const std::string& text) {
-  return std::any_of(scene.warnings.begin(), scene.warnings.end(),
-                     [&](const std::string& w) { return w.find(text) != std::string::npos; });
 }
 
 }  // namespace etendue::mitsuba_test

@@ -5,10 +5,8 @@
 #include "framework/io/spectra.h"
 #include "tests/unit/io_mitsuba_helpers.h"
 
-namespace etendue {
+namespace etendue::mitsuba_test {
 namespace {
-
-using namespace mitsuba_test;
 
 TEST(MitsubaBsdfs, AreReadAsOurs) {
   EXPECT_EQ(material_of<Diffuse>("").reflectance.constant, Rgb(0.5f)) << "without a bsdf";
@@ -232,4 +230,4 @@ TEST(MitsubaTextures, AreMappedAsMitsubaMapsThem) {
 }
 
 }  // namespace
-}  // namespace etendue
+}  // namespace etendue::mitsuba_test

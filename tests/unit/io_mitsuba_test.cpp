@@ -5,10 +5,8 @@
 
 #include <chrono>
 
-namespace etendue {
+namespace etendue::mitsuba_test {
 namespace {
-
-using namespace mitsuba_test;
 
 const std::string sensor = R"(<sensor type="perspective"><film type="hdrfilm"><integer name="width" value="200"/>
 <integer name="height" value="100"/><rfilter type="box"/></film></sensor>)";
@@ -370,4 +368,4 @@ TEST(MitsubaNames, BothSpellingsAreOne) {
 }
 
 }  // namespace
-}  // namespace etendue
+}  // namespace etendue::mitsuba_test

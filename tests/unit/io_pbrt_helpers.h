@@ -4,8 +4,6 @@
 #include "framework/io/pbrt/pbrt.h"
 #include "tests/unit/io_helpers.h"
 
-#include <algorithm>
-
 namespace etendue {
 
 inline const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]\n";
@@ -32,10 +30,6 @@ T light_of(const std::string& directive) {
 inline void expect_near(const vec3& a, const vec3& b, float tolerance = 1e-5f) {
   EXPECT_TRUE(glm::length(a - b) <= tolerance)
       << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
-}
-inline bool warns(const Scene& scene, const std::string& text) {
-  return std::any_of(scene.warnings.begin(), scene.warnings.end(),
-                     [&](const std::string& w) { return w.find(text) != std::string::npos; });
 }
 
 }  // namespace etendue

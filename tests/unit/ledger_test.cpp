@@ -1,6 +1,6 @@
 // The ledger: the verdict on a decision, what rows may say, and runs of components where a scene does and does not need them.
-#include "experiments/kind.h"
 #include "experiments/kinds/ledger/ledger.h"
+#include "experiments/kind.h"
 #include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
 #include "framework/io/load_scene.h"
@@ -93,20 +93,21 @@ TEST(LedgerReport, NamesWhatIsContradictedAndWhyItStands) {
   EXPECT_EQ(report.tables.at(1).rows.size(), 2u);
 }
 
-const std::string base = "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\nresolution = [8, 8]\nseeds = 2\n";
+const std::string ledger_base =
+    "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\nresolution = [8, 8]\nseeds = 2\n";
 const std::string row = "[[ledger]]\ncomponent = \"c\"\non = { mis = \"auto\" }\noff = { mis = \"light\" }\n";
 
 TEST(LedgerConfig, MistakesAreErrorsAtTheirPlaces) {
-  EXPECT_EQ(config_error(base + row), "no error");
-  expect_error(base + replaced(row, "light", "balance2"), "x.toml:8:15", "balance");
-  expect_error(base + replaced(row, "auto", "balance"), "x.toml:5:1", "itself is none of");
-  expect_error(base + replaced(row, "auto", "light"), "x.toml:5:1", "differ");
-  expect_error(base + row + "decided = \"caustic\"\n", "x.toml:9:11", "caustic-map");
-  expect_error(base + row + "method = \"path\"\naccel = \"sah\"\n", "x.toml:5:1", "one of method, accel and edit");
-  expect_error(base + replaced(row, "auto", "balance") + "decide = \"caustic-map\"\n", "x.toml:9:1", "decided");
-  expect_error(base + row + row, "x.toml:9:1", "twice");
-  expect_error(replaced(base, "samples = 1", "time = 1") + row, "x.toml:5:3", "samples = N");
-  expect_error("accels = [\"sah\"]\n" + base + row, "x.toml:1:1", "of no use beside [[ledger]]");
+  EXPECT_EQ(config_error(ledger_base + row), "no error");
+  expect_error(ledger_base + replaced(row, "light", "balance2"), "x.toml:8:15", "balance");
+  expect_error(ledger_base + replaced(row, "auto", "balance"), "x.toml:5:1", "itself is none of");
+  expect_error(ledger_base + replaced(row, "auto", "light"), "x.toml:5:1", "differ");
+  expect_error(ledger_base + row + "decided = \"caustic\"\n", "x.toml:9:11", "caustic-map");
+  expect_error(ledger_base + row + "method = \"path\"\naccel = \"sah\"\n", "x.toml:5:1", "one of method, accel and edit");
+  expect_error(ledger_base + replaced(row, "auto", "balance") + "decide = \"caustic-map\"\n", "x.toml:9:1", "decided");
+  expect_error(ledger_base + row + row, "x.toml:9:1", "twice");
+  expect_error(replaced(ledger_base, "samples = 1", "time = 1") + row, "x.toml:5:3", "samples = N");
+  expect_error("accels = [\"sah\"]\n" + ledger_base + row, "x.toml:1:1", "of no use beside [[ledger]]");
 }
 
 class LedgerRun : public ::testing::Test {
@@ -138,7 +139,7 @@ class LedgerRun : public ::testing::Test {
 
 TEST_F(LedgerRun, WhatASceneDoesNotNeedChangesNoBit) {
   const auto records =
-      run(replaced(base, "cornell-box", "lambert-sphere") +
+      run(replaced(ledger_base, "cornell-box", "lambert-sphere") +
           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000, final_gather = 1 }\n"
           "decided = \"caustic-map-of-records\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n"
           "[[ledger]]\ncomponent = \"tree\"\ndecided = \"light-tree\"\non = { lights = \"tree\" }\n"
@@ -159,7 +160,7 @@ TEST_F(LedgerRun, WhatASceneDoesNotNeedChangesNoBit) {
 
 TEST_F(LedgerRun, WhatASceneNeedsChangesItsImage) {
   const auto records =
-      run(replaced(base, "cornell-box", "water") +
+      run(replaced(ledger_base, "cornell-box", "water") +
           "[[ledger]]\ncomponent = \"map\"\nmethod = { name = \"photon-map\", photons = 1000, final_gather = 1 }\n"
           "decided = \"caustic-map-of-records\"\non = { caustic_map = \"on\" }\noff = { caustic_map = \"off\" }\n");
   EXPECT_TRUE(records.at("map").on);

@@ -16,13 +16,13 @@
 namespace etendue {
 namespace {
 
-using Names = std::set<std::string>;
+using NameSet = std::set<std::string>;
 
 std::string document(const std::string& name) { return read_text_file(std::string(project_folder) + "docs/" + name); }
 
 // What stands between backticks.
-Names quoted_names(const std::string& text) {
-  Names names;
+NameSet quoted_names(const std::string& text) {
+  NameSet names;
   for (std::size_t begin = text.find('`'); begin != std::string::npos; begin = text.find('`', begin)) {
     const std::size_t end = text.find('`', ++begin);
     if (end == std::string::npos) break;
@@ -47,7 +47,7 @@ std::map<std::string, std::string> parameter_paragraphs() {
 }
 
 TEST(MethodDocs, HaveASectionForEachIntegrator) {
-  Names documented, present;
+  NameSet documented, present;
   for (const auto& [name, paragraph] : parameter_paragraphs()) documented.insert(name);
   for (const IntegratorEntry& entry : integrators()) present.insert(entry.name);
   EXPECT_EQ(documented, present);
@@ -55,17 +55,17 @@ TEST(MethodDocs, HaveASectionForEachIntegrator) {
 
 TEST(MethodDocs, NameParametersThatExist) {
   for (const auto& [name, paragraph] : parameter_paragraphs()) {
-    Names known;
+    NameSet known;
     for (const IntegratorEntry& entry : integrators()) known.insert(entry.name);  // "as of `ppm`"
     for (const ParamInfo& parameter : find_integrator(name, {}).params) known.insert(parameter.name);
-    const Names named = quoted_names(paragraph);
+    const NameSet named = quoted_names(paragraph);
     EXPECT_FALSE(named.empty()) << name;
     for (const std::string& parameter : named) EXPECT_TRUE(known.contains(parameter)) << name << ": " << parameter;
   }
 }
 
 TEST(MetricDocs, HaveARowForEachMetric) {
-  Names documented, present;
+  NameSet documented, present;
   std::istringstream lines(document("metrics.md"));
   for (std::string line; std::getline(lines, line);)
     if (line.starts_with("| `")) documented.insert(line.substr(3, line.find('`', 3) - 3));

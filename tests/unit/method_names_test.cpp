@@ -3,7 +3,6 @@
 #include "experiments/config/config.h"
 #include "experiments/log/json_line.h"
 #include "experiments/report/charts/charts.h"
-#include "experiments/report/tables.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"
@@ -16,46 +15,47 @@ namespace etendue {
 namespace {
 
 using namespace report_test;
-using Names = std::vector<std::string>;
+using NameList = std::vector<std::string>;
 
-Names shortened(const Names& full_names, const std::map<std::string, std::string>& labels = {}) {
+NameList shortened(const NameList& full_names, const std::map<std::string, std::string>& labels = {}) {
   const ChartNames names = chart_names(full_names, labels);
-  Names found;
+  NameList found;
   for (const std::string& name : full_names) found.push_back(names.by_full_name.at(name));
   return found;
 }
 
 TEST(MethodNames, LeaveOutWhatIsTheSame) {
-  const Names names{"cache fill=paths metric=split records=1000", "cache fill=paths metric=hessian records=1000",
-                    "cache fill=paths metric=hessian records=500"};
+  const NameList names{"cache fill=paths metric=split records=1000", "cache fill=paths metric=hessian records=1000",
+                       "cache fill=paths metric=hessian records=500"};
   EXPECT_EQ(shortened(names),
-            (Names{"metric=split records=1000", "metric=hessian records=1000", "metric=hessian records=500"}));
-  EXPECT_EQ(chart_names(names, {}).left_out, Names{"cache fill=paths"});
+            (NameList{"metric=split records=1000", "metric=hessian records=1000", "metric=hessian records=500"}));
+  EXPECT_EQ(chart_names(names, {}).left_out, NameList{"cache fill=paths"});
 }
 
 TEST(MethodNames, KeepTheNameBesideOthers) {
-  const Names names{"path", "ppm alpha=0.7 photons=1", "ppm alpha=0.7 photons=2", "cache samples=256"};
-  EXPECT_EQ(shortened(names), (Names{"path", "ppm photons=1", "ppm photons=2", "cache"}));
-  EXPECT_EQ(chart_names(names, {}).left_out, (Names{"ppm alpha=0.7", "cache samples=256"}));
+  const NameList names{"path", "ppm alpha=0.7 photons=1", "ppm alpha=0.7 photons=2", "cache samples=256"};
+  EXPECT_EQ(shortened(names), (NameList{"path", "ppm photons=1", "ppm photons=2", "cache"}));
+  EXPECT_EQ(chart_names(names, {}).left_out, (NameList{"ppm alpha=0.7", "cache samples=256"}));
 }
 
 TEST(MethodNames, SayThatThePlainMethodLacksWhatTheOthersShare) {
-  const Names names{"cache metric=a refine=false", "cache metric=b refine=false", "cache"};
-  EXPECT_EQ(shortened(names), (Names{"cache metric=a", "cache metric=b", "cache"}));
-  EXPECT_EQ(chart_names(names, {}).left_out, Names{"cache with parameters: refine=false"});
+  const NameList names{"cache metric=a refine=false", "cache metric=b refine=false", "cache"};
+  EXPECT_EQ(shortened(names), (NameList{"cache metric=a", "cache metric=b", "cache"}));
+  EXPECT_EQ(chart_names(names, {}).left_out, NameList{"cache with parameters: refine=false"});
 }
 
 TEST(MethodNames, StayAsTheyAreWhereShorterOnesWouldBeEqual) {
-  const Names names{"path", "path max_depth=5"};
+  const NameList names{"path", "path max_depth=5"};
   EXPECT_EQ(shortened(names), names);
   EXPECT_TRUE(chart_names(names, {}).left_out.empty());
 }
 
 TEST(MethodNames, AreTheLabelsWhereThereAreSome) {
   EXPECT_EQ(shortened({"ppm photons=1", "ppm photons=2", "path"}, {{"ppm photons=1", "few"}, {"ppm photons=2", "many"}}),
-            (Names{"few", "many", "path"}));
+            (NameList{"few", "many", "path"}));
   // A label that another method's short name would be.
-  EXPECT_EQ(shortened({"path max_depth=5", "ppm photons=1"}, {{"path max_depth=5", "ppm"}}), (Names{"ppm", "ppm photons=1"}));
+  EXPECT_EQ(shortened({"path max_depth=5", "ppm photons=1"}, {{"path max_depth=5", "ppm"}}),
+            (NameList{"ppm", "ppm photons=1"}));
 }
 
 // --- in the experiment's file ---

@@ -90,8 +90,6 @@ TEST_F(Paper, FigureOfWhatIsNotThereIsRefused) {
   EXPECT_NE(refusal({}).find("no image is kept there"), std::string::npos);
 }
 
-bool has(const std::string& program) { return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0; }
-
 class LongPaper : public Paper {
  protected:
   void compile(const std::string& folder, const std::string& name) {
@@ -103,7 +101,7 @@ class LongPaper : public Paper {
 };
 
 TEST_F(LongPaper, LatexCompiles) {
-  if (!has("pdflatex")) GTEST_SKIP() << "pdflatex is not installed";
+  if (!is_installed("pdflatex")) GTEST_SKIP() << "pdflatex is not installed";
   ASSERT_EQ(run({"report", "out/e", "--figure", "f.png"}).status, 0);
   compile(".", "f");
   const Outcome report = run({"report", "out/e", "--latex"});
@@ -112,8 +110,7 @@ TEST_F(LongPaper, LatexCompiles) {
   for (const auto& entry : std::filesystem::directory_iterator(directory_ / "out/e/latex"))
     if (entry.path().extension() == ".tex" && ++charts <= 3) compile("out/e/latex", entry.path().stem().string());
   EXPECT_GT(charts, 0);
-  std::string tables =
-      "\\documentclass{article}\n\\usepackage{booktabs,adjustbox}\n\\begin{document}\n";
+  std::string tables = "\\documentclass{article}\n\\usepackage{booktabs,adjustbox}\n\\begin{document}\n";
   for (const auto& entry : std::filesystem::directory_iterator(directory_ / "out/e/tables"))
     if (entry.path().extension() == ".tex") tables += "\\input{" + entry.path().stem().string() + "}\n";
   write_file("out/e/tables/all.tex", tables + "\\end{document}\n");

@@ -9,12 +9,12 @@
 namespace etendue {
 namespace {
 
-const std::vector<FilterShape> shapes{{.radius = {1.5f, 0.75f}},
-                                      {.kind = FilterKind::triangle, .radius = {1, 2}},
-                                      {.kind = FilterKind::gaussian, .radius = vec2(2), .sigma = 0.6f},
-                                      {.kind = FilterKind::mitchell, .radius = {2, 1.5f}},
-                                      {.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0, .c = 0.5f},
-                                      {.kind = FilterKind::sinc, .radius = vec2(3), .tau = 3}};
+const std::vector<FilterShape> filter_shapes{{.radius = {1.5f, 0.75f}},
+                                             {.kind = FilterKind::triangle, .radius = {1, 2}},
+                                             {.kind = FilterKind::gaussian, .radius = vec2(2), .sigma = 0.6f},
+                                             {.kind = FilterKind::mitchell, .radius = {2, 1.5f}},
+                                             {.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0, .c = 0.5f},
+                                             {.kind = FilterKind::sinc, .radius = vec2(3), .tau = 3}};
 
 // The mean of a function of the offset, by the filter's own values on a grid and by weighted samples.
 template <class Function>
@@ -44,7 +44,7 @@ void expect_mean(const PixelFilter& filter, const Function& function) {
 }
 
 TEST(PixelFilter, PlacesAreDrawnFromIt) {
-  for (const FilterShape& shape : shapes) {
+  for (const FilterShape& shape : filter_shapes) {
     const PixelFilter filter(shape);
     expect_mean(filter, [](const vec2& at) { return at.x < 0.3f ? 1.0 : 0.0; });
     expect_mean(filter, [](const vec2& at) { return at.y < -0.2f && at.x > 0.1f ? 1.0 : 0.0; });
@@ -62,7 +62,7 @@ TEST(PixelFilter, ABoxOfOnePixelIsNone) {
 
 // Of any first samples of a pixel, as many are negative as the filter has of negative parts, to within one.
 TEST(PixelFilter, NegativeSamplesAreSpreadEvenly) {
-  const PixelFilter lanczos(shapes.back());
+  const PixelFilter lanczos(filter_shapes.back());
   double expected = 0;
   for (std::uint64_t pixel = 0; pixel < 1000; ++pixel) expected += (1 - lanczos.weight(pixel, 64)) / 2 / 1000;
   for (std::uint64_t pixel = 0; pixel < 20; ++pixel) {
@@ -72,11 +72,11 @@ TEST(PixelFilter, NegativeSamplesAreSpreadEvenly) {
       EXPECT_NEAR(negative, expected * (i + 1), 1 + 0.05 * (i + 1));
     }
   }
-  EXPECT_FALSE(PixelFilter(shapes[2]).is_signed());
+  EXPECT_FALSE(PixelFilter(filter_shapes[2]).is_signed());
 }
 
 TEST(PixelFilter, WeightsOfTheFirstSamplesNeverCancel) {
-  for (const FilterShape& shape : shapes) {
+  for (const FilterShape& shape : filter_shapes) {
     const PixelFilter filter(shape);
     for (std::uint64_t pixel = 0; pixel < 200; ++pixel) {
       double sum = 0;

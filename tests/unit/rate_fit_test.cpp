@@ -12,9 +12,9 @@ namespace {
 
 using Model = Prediction::Model;
 
-class Normal {
+class NormalNoise {
  public:
-  explicit Normal(std::uint64_t seed) : rng_(seed, 11) {}
+  explicit NormalNoise(std::uint64_t seed) : rng_(seed, 11) {}
   double operator()() {
     const double u = 1 - rng_.next_float(), v = rng_.next_float();
     return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
@@ -34,8 +34,8 @@ std::vector<double> ladder(double from, double to, std::size_t count) {
 // A region of `pixels` seen by progressive runs: the error of pixel p at iteration n is bias(n) plus a random walk whose
 // variance is n^exponent, so that checkpoints of a run are autocorrelated as those of a renderer are.
 template <class Bias>
-std::vector<RatePoint> progressive_runs(Normal& normal, std::size_t seeds, std::size_t pixels, const std::vector<double>& x,
-                                        double exponent, const Bias& bias) {
+std::vector<RatePoint> progressive_runs(NormalNoise& normal, std::size_t seeds, std::size_t pixels,
+                                        const std::vector<double>& x, double exponent, const Bias& bias) {
   std::vector<RatePoint> points(x.size(), {std::vector<double>(seeds), std::vector<double>(seeds * seeds, 0), 0});
   std::vector<std::vector<double>> walk(seeds, std::vector<double>(pixels, 0)), error = walk;
   double clock = 0;
@@ -123,7 +123,7 @@ TEST(RateFit, ReferencesOwnVarianceIsSubtracted) {
 }
 
 TEST(RateFit, BiasAndVarianceHaveExponentsOfTheirOwn) {
-  Normal normal(3);
+  NormalNoise normal(3);
   const auto bias = [](double n, std::size_t p) { return (p % 2 == 0 ? 3 : 1) * std::pow(n, -0.25); };
   const auto points = progressive_runs(normal, 10, 60, ladder(10, 1e4, 10), -1, bias);
   const auto bias_fit = fit_rate(points, "bias2", Model::power), variance_fit = fit_rate(points, "variance", Model::power);
@@ -134,7 +134,7 @@ TEST(RateFit, BiasAndVarianceHaveExponentsOfTheirOwn) {
 }
 
 TEST(RateFit, BiasOfUnbiasedRunsIsZeroWithinItsNoise) {
-  Normal normal(5);
+  NormalNoise normal(5);
   double sum = 0;
   constexpr int runs = 200;
   for (int i = 0; i < runs; ++i) {
@@ -146,7 +146,7 @@ TEST(RateFit, BiasOfUnbiasedRunsIsZeroWithinItsNoise) {
 }
 
 TEST(RateFit, SameSeedGivesTheSameInterval) {
-  Normal normal(9);
+  NormalNoise normal(9);
   const auto points = progressive_runs(normal, 10, 20, ladder(10, 1e3, 6), -1, no_bias);
   const auto a = fit_rate(points, "mse", Model::power), b = fit_rate(points, "mse", Model::power);
   EXPECT_EQ(a->exponent_interval->low, b->exponent_interval->low);
@@ -167,7 +167,7 @@ class RateFitCoverage : public ::testing::TestWithParam<Coverage> {};
 
 TEST_P(RateFitCoverage, IntervalsHoldTheExponentAsOftenAsTheyPromise) {
   const Coverage& c = GetParam();
-  Normal normal(static_cast<std::uint64_t>(c.pixels) + 100);
+  NormalNoise normal(static_cast<std::uint64_t>(c.pixels) + 100);
   constexpr int experiments = 300;
   int held = 0;
   for (int i = 0; i < experiments; ++i) {

@@ -14,7 +14,7 @@ namespace {
 
 using namespace report_test;
 
-constexpr const char* base =
+constexpr const char* rates_base =
     "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
     "integrators = [\"path\", { name = \"photon-map\", k = 20 }]\n"
     "budget = { samples = 64 }\n"
@@ -30,10 +30,10 @@ constexpr const char* base =
     "expect = { exponent = \"-2/3\" }\n"
     "source = \"theory\"\n";
 
-std::string with(const std::string& from, const std::string& to) { return replaced(base, from, to); }
+std::string rates_with(const std::string& from, const std::string& to) { return replaced(rates_base, from, to); }
 
 TEST(Regions, HoldThePixelsWhoseCentresLieInside) {
-  const ExperimentConfig config = parse_experiment(base, "x.toml");
+  const ExperimentConfig config = parse_experiment(rates_base, "x.toml");
   const auto regions = make_regions(config.regions, "builtin:furnace", {4, 4});
   ASSERT_EQ(regions.size(), 1u);
   EXPECT_EQ(regions[0].pixels, (std::vector<std::size_t>{4, 5, 8, 9}));
@@ -42,7 +42,7 @@ TEST(Regions, HoldThePixelsWhoseCentresLieInside) {
 
 TEST(Regions, PolygonIsInsideByTheEvenOddRule) {
   const auto config =
-      parse_experiment(with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 0], [0, 1]]"), "x.toml");
+      parse_experiment(rates_with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 0], [0, 1]]"), "x.toml");
   EXPECT_EQ(make_regions(config.regions, "builtin:furnace", {3, 3})[0].pixels, (std::vector<std::size_t>{0, 1, 3}));
 }
 
@@ -53,21 +53,21 @@ TEST(Regions, MetricOfARegionIsThatOfItsPixels) {
 }
 
 TEST(Regions, SlipsAreErrorsAtTheirPlace) {
-  expect_error(with("to = [0.5, 0.75]\n", ""), "x.toml:4:1", "from and to, or polygon");
-  expect_error(with("to = [0.5", "to = [1.5"), "x.toml:8:7", "1.5");
-  expect_error(with("to = [0.5, 0.75]", "to = [0.5, 0.25]"), "x.toml:8:6", "lower right");
-  expect_error(with("scene = \"builtin:furnace\"", "scene = \"builtin:furnce\""), "x.toml:6:9",
+  expect_error(rates_with("to = [0.5, 0.75]\n", ""), "x.toml:4:1", "from and to, or polygon");
+  expect_error(rates_with("to = [0.5", "to = [1.5"), "x.toml:8:7", "1.5");
+  expect_error(rates_with("to = [0.5, 0.75]", "to = [0.5, 0.25]"), "x.toml:8:6", "lower right");
+  expect_error(rates_with("scene = \"builtin:furnace\"", "scene = \"builtin:furnce\""), "x.toml:6:9",
                "did you mean 'builtin:furnace'");
-  expect_error(with("name = \"left\"\n", ""), "x.toml:4:1", "without a name");
-  expect_error(with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 1]]"), "x.toml:7:11", "three or more");
-  expect_error(with("[[predictions]]", "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [1, 1]\n[[predictions]]"),
+  expect_error(rates_with("name = \"left\"\n", ""), "x.toml:4:1", "without a name");
+  expect_error(rates_with("from = [0, 0.25]\nto = [0.5, 0.75]", "polygon = [[0, 0], [1, 1]]"), "x.toml:7:11", "three or more");
+  expect_error(rates_with("[[predictions]]", "[[regions]]\nname = \"left\"\nfrom = [0, 0]\nto = [1, 1]\n[[predictions]]"),
                "x.toml:9:1", "twice");
-  const auto config = parse_experiment(with("to = [0.5, 0.75]", "to = [0.5, 0.26]"), "x.toml");
+  const auto config = parse_experiment(rates_with("to = [0.5, 0.75]", "to = [0.5, 0.26]"), "x.toml");
   EXPECT_THROW(make_regions(config.regions, "builtin:furnace", {8, 8}), Error);
 }
 
 TEST(Rates, LawIsReadInFull) {
-  const Prediction law = parse_experiment(base, "x.toml").predictions.at(0);
+  const Prediction law = parse_experiment(rates_base, "x.toml").predictions.at(0);
   EXPECT_EQ(law.method, "photon-map k=20");
   EXPECT_EQ(law.region, "left");
   EXPECT_EQ(law.metric, "mse");
@@ -80,26 +80,27 @@ TEST(Rates, LawIsReadInFull) {
 }
 
 TEST(Rates, SlipsAreErrorsAtTheirPlace) {
-  expect_error(with("method = \"photon-map k=20\"", "method = \"photon-mop\""), "x.toml:10:10", "photon-map k=20");
-  expect_error(with("k=20", "k=21"), "x.toml:10:10", "unknown method");
-  expect_error(with("region = \"left\"", "region = \"lft\""), "x.toml:11:10", "did you mean 'left'");
-  expect_error(with("region = \"left\"", "region = \"left\"\nscene = \"builtin:lambert-sphere\""), "x.toml:11:10", "no region");
-  expect_error(with("expect = { exponent = \"-2/3\" }\n", ""), "x.toml:9:1", "nothing is expected");
-  expect_error(with("-2/3", "-2/0"), "x.toml:13:23", "fraction");
-  expect_error(with("{ exponent =", "{ exponnent ="), "x.toml:13:12", "did you mean 'exponent'");
-  expect_error(with("source = \"theory\"\n", ""), "x.toml:13:10", "without a source");
-  expect_error(with("from = 4", "from = 4\nto = 3"), "x.toml:13:6", "from < to");
-  expect_error(with("from = 4", "x = \"recrods\""), "x.toml:12:5", "did you mean 'records'");
-  expect_error(with("from = 4", "metric = \"bias\""), "x.toml:12:10", "did you mean 'bias2'");
-  expect_error(with("from = 4", "points = \"configurations\""), "x.toml:10:10", "three or more");
-  expect_error(with("budget", "metrics = [\"relmse\"]\nbudget"), "x.toml:10:1", "mse is not among");
+  expect_error(rates_with("method = \"photon-map k=20\"", "method = \"photon-mop\""), "x.toml:10:10", "photon-map k=20");
+  expect_error(rates_with("k=20", "k=21"), "x.toml:10:10", "unknown method");
+  expect_error(rates_with("region = \"left\"", "region = \"lft\""), "x.toml:11:10", "did you mean 'left'");
+  expect_error(rates_with("region = \"left\"", "region = \"left\"\nscene = \"builtin:lambert-sphere\""), "x.toml:11:10",
+               "no region");
+  expect_error(rates_with("expect = { exponent = \"-2/3\" }\n", ""), "x.toml:9:1", "nothing is expected");
+  expect_error(rates_with("-2/3", "-2/0"), "x.toml:13:23", "fraction");
+  expect_error(rates_with("{ exponent =", "{ exponnent ="), "x.toml:13:12", "did you mean 'exponent'");
+  expect_error(rates_with("source = \"theory\"\n", ""), "x.toml:13:10", "without a source");
+  expect_error(rates_with("from = 4", "from = 4\nto = 3"), "x.toml:13:6", "from < to");
+  expect_error(rates_with("from = 4", "x = \"recrods\""), "x.toml:12:5", "did you mean 'records'");
+  expect_error(rates_with("from = 4", "metric = \"bias\""), "x.toml:12:10", "did you mean 'bias2'");
+  expect_error(rates_with("from = 4", "points = \"configurations\""), "x.toml:10:10", "three or more");
+  expect_error(rates_with("budget", "metrics = [\"relmse\"]\nbudget"), "x.toml:10:1", "mse is not among");
   expect_error("scenes = [\"builtin:mesh\"]\n[dynamic]\n[[predictions]]\nx = \"time\"\n", "x.toml:3:3", "of no use");
 }
 
 TEST(Rates, LawsDoNotChangeTheExperimentsHashRegionsDo) {
-  const std::string hash = parse_experiment(base, "x.toml").hash;
-  EXPECT_EQ(parse_experiment(with("from = 4", "from = 8"), "x.toml").hash, hash);
-  EXPECT_NE(parse_experiment(with("0.75", "0.8"), "x.toml").hash, hash);
+  const std::string hash = parse_experiment(rates_base, "x.toml").hash;
+  EXPECT_EQ(parse_experiment(rates_with("from = 4", "from = 8"), "x.toml").hash, hash);
+  EXPECT_NE(parse_experiment(rates_with("0.75", "0.8"), "x.toml").hash, hash);
 }
 
 TEST(Rates, MethodsAreSelectedByNameAndParameters) {
@@ -112,7 +113,7 @@ TEST(Rates, MethodsAreSelectedByNameAndParameters) {
 }
 
 TEST(Rates, RecordAndRegionsSurviveTheLog) {
-  const ExperimentConfig config = parse_experiment(base, "x.toml");
+  const ExperimentConfig config = parse_experiment(rates_base, "x.toml");
   const StatedRecord record{config.predictions, config.regions},
       back = read_record<StatedRecord>(Json::parse(to_json_line(record)));
   EXPECT_EQ(to_json_line(back), to_json_line(record));

@@ -11,7 +11,7 @@ namespace {
 
 using namespace report_test;
 
-constexpr const char* base =
+constexpr const char* ratios_base =
     "scenes = [\"builtin:lambert-sphere\", \"builtin:furnace\"]\n"
     "integrators = [\"path\", { name = \"photon-map\", k = 20 }, { name = \"photon-map\", k = 40 }]\n"
     "budget = { samples = 64 }\n"
@@ -21,10 +21,10 @@ constexpr const char* base =
     "expect = { ratio = 1.5 }\n"
     "source = \"a paper\"\n";
 
-std::string with(const std::string& from, const std::string& to) { return replaced(base, from, to); }
+std::string ratios_with(const std::string& from, const std::string& to) { return replaced(ratios_base, from, to); }
 
 TEST(Ratios, ClaimIsReadInFullAndKeptByTheLog) {
-  const ExperimentConfig config = parse_experiment(base, "x.toml");
+  const ExperimentConfig config = parse_experiment(ratios_base, "x.toml");
   const Prediction claim = config.predictions.at(0);
   EXPECT_TRUE(claim.is_ratio());
   EXPECT_EQ(claim.method, "photon-map");
@@ -36,19 +36,19 @@ TEST(Ratios, ClaimIsReadInFullAndKeptByTheLog) {
 }
 
 TEST(Ratios, DoNotChangeTheExperimentsHash) {
-  EXPECT_EQ(parse_experiment(base, "x.toml").hash, parse_experiment(with("1.5", "2"), "x.toml").hash);
+  EXPECT_EQ(parse_experiment(ratios_base, "x.toml").hash, parse_experiment(ratios_with("1.5", "2"), "x.toml").hash);
 }
 
 TEST(Ratios, SlipsAreErrorsAtTheirPlace) {
-  expect_error(with("over = \"path\"\n", ""), "x.toml:6:12", "exponent");
-  expect_error(with("\"photon-map\"\nover", "\"photon-mop\"\nover"), "x.toml:5:10", "photon-map k=20");
-  expect_error(with("over = \"path\"", "over = \"photon-map\""), "x.toml:6:8", "selects 2");
-  expect_error(with("source = \"a paper\"\n", ""), "x.toml:7:10", "without a source");
-  expect_error(with("{ ratio = 1.5 }", "{ ratio = [2, 1] }"), "x.toml:7:20", "low <= high");
-  expect_error(with("over =", "metric = \"mse\"\nover ="), "x.toml:6:1", "metric");
-  expect_error(with("over =", "region = \"left\"\nover ="), "x.toml:6:10", "no [[regions]]");
-  expect_error(with("over =", "scene = \"builtin:furnce\"\nover ="), "x.toml:6:9", "did you mean 'builtin:furnace'");
-  expect_error(with("budget =", "metrics = [\"relmse\"]\nbudget ="), "x.toml:5:1", "mse is not among the metrics");
+  expect_error(ratios_with("over = \"path\"\n", ""), "x.toml:6:12", "exponent");
+  expect_error(ratios_with("\"photon-map\"\nover", "\"photon-mop\"\nover"), "x.toml:5:10", "photon-map k=20");
+  expect_error(ratios_with("over = \"path\"", "over = \"photon-map\""), "x.toml:6:8", "selects 2");
+  expect_error(ratios_with("source = \"a paper\"\n", ""), "x.toml:7:10", "without a source");
+  expect_error(ratios_with("{ ratio = 1.5 }", "{ ratio = [2, 1] }"), "x.toml:7:20", "low <= high");
+  expect_error(ratios_with("over =", "metric = \"mse\"\nover ="), "x.toml:6:1", "metric");
+  expect_error(ratios_with("over =", "region = \"left\"\nover ="), "x.toml:6:10", "no [[regions]]");
+  expect_error(ratios_with("over =", "scene = \"builtin:furnce\"\nover ="), "x.toml:6:9", "did you mean 'builtin:furnace'");
+  expect_error(ratios_with("budget =", "metrics = [\"relmse\"]\nbudget ="), "x.toml:5:1", "mse is not among the metrics");
 }
 
 // Its errors are `factor` times 0.01, a little apart for each seed; each cell has one checkpoint.

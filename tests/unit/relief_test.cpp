@@ -8,7 +8,7 @@
 namespace etendue {
 namespace {
 
-void expect_near(const vec3& a, const vec3& b, float tolerance) {
+void expect_close(const vec3& a, const vec3& b, float tolerance) {
   EXPECT_LE(glm::length(a - b), tolerance) << a.x << ' ' << a.y << ' ' << a.z << " is not " << b.x << ' ' << b.y << ' ' << b.z;
 }
 
@@ -48,7 +48,7 @@ TEST(Relief, TurnsTheNormalAsTheLiftedSurface) {
   const vec3 a(3, 0.5f, 0), b(1, 2, 0.4f);
   const Scene scene = slope_with({.scale = 0.25f}, ramp(), a, b);
   EXPECT_TRUE(scene.objects[0].shapes[0].uses_uvs);
-  expect_near(normal_in_the_middle(scene), lifted(a, b, {1, 0.5f}), 1e-5f);
+  expect_close(normal_in_the_middle(scene), lifted(a, b, {1, 0.5f}), 1e-5f);
 }
 
 TEST(Relief, HeightsAreOnTheOuterSideWhereNormalsAreFlipped) {
@@ -56,7 +56,7 @@ TEST(Relief, HeightsAreOnTheOuterSideWhereNormalsAreFlipped) {
   Scene scene = slope_with({}, ramp(), a, b);
   scene.objects[0].shapes[0].flip_normal = true;
   const vec3 up = lifted(a, b, {4, 2}), down = normal_in_the_middle(scene);
-  expect_near(down, {up.x, up.y, -up.z}, 1e-5f);
+  expect_close(down, {up.x, up.y, -up.z}, 1e-5f);
 }
 
 TEST(Relief, HeightsAreMetresOfTheWorldOnInstances) {
@@ -64,7 +64,7 @@ TEST(Relief, HeightsAreMetresOfTheWorldOnInstances) {
   Scene scene = slope_with({}, ramp(), a, b);
   scene.objects.push_back(scene.objects[0]);
   scene.instances.push_back({1, Transform::scale(vec3(4))});
-  expect_near(normal_in_the_middle(scene, 1), lifted(4.0f * a, 4.0f * b, {4, 2}), 1e-5f);
+  expect_close(normal_in_the_middle(scene, 1), lifted(4.0f * a, 4.0f * b, {4, 2}), 1e-5f);
 }
 
 TEST(Relief, NormalMapsStateTheNormalAboutTheSurfacesOwn) {
@@ -72,10 +72,10 @@ TEST(Relief, NormalMapsStateTheNormalAboutTheSurfacesOwn) {
   const ImageTexture flat{.size = {1, 1}, .texels = {Rgb(0.5f, 0.5f, 1)}},
       tilted{.size = {1, 1}, .texels = {0.5f * tilt + 0.5f}};
   const Relief map{.kind = Relief::Kind::normals};
-  expect_near(normal_in_the_middle(slope_with(map, flat, a, b)), {0, 0, 1}, 1e-6f);
-  expect_near(normal_in_the_middle(slope_with(map, tilted, a, b)), tilt, 1e-6f);
+  expect_close(normal_in_the_middle(slope_with(map, flat, a, b)), {0, 0, 1}, 1e-6f);
+  expect_close(normal_in_the_middle(slope_with(map, tilted, a, b)), tilt, 1e-6f);
   // Along dp/du, whatever v does: turned by a quarter, x points along y.
-  expect_near(normal_in_the_middle(slope_with(map, tilted, b, -a)), {-tilt.y, tilt.x, tilt.z}, 1e-6f);
+  expect_close(normal_in_the_middle(slope_with(map, tilted, b, -a)), {-tilt.y, tilt.x, tilt.z}, 1e-6f);
 }
 
 TEST(Relief, KeepsToTheSideOfTheGeometricNormal) {
@@ -86,7 +86,7 @@ TEST(Relief, KeepsToTheSideOfTheGeometricNormal) {
 TEST(Relief, WithoutAreaInTextureSpaceThereIsNone) {
   Scene scene = slope_with({}, ramp(), {1, 0, 0}, {0, 1, 0});
   for (vec2& uv : scene.objects[0].uvs) uv = vec2(0.5f);
-  expect_near(normal_in_the_middle(scene), {0, 0, 1}, 0);
+  expect_close(normal_in_the_middle(scene), {0, 0, 1}, 0);
 }
 
 // Irradiance that is computed once is that of the surface: slopes of two fifths receive less, so that rays gather photons
@@ -119,8 +119,8 @@ TEST(Relief, IsSeenByGatherRays) {
   EXPECT_NEAR(mean(4) / mean(0), 1, 0.01);
 }
 
-// Slopes that are seen from behind reflect light from between their planes and the surface alone: here that of a wall behind the
-// eye. Records hold what comes to the other side, or, of the density of photons, what the surface receives.
+// Slopes that are seen from behind reflect light from between their planes and the surface alone: here that of a wall behind
+// the eye. Records hold what comes to the other side, or, of the density of photons, what the surface receives.
 TEST(Relief, RecordsDoNotAnswerWhereItIsSeenFromBehind) {
   SceneBuilder builder("slope");
   const auto white = builder.material(Diffuse{Rgb(0.8f)});

@@ -15,14 +15,14 @@
 namespace etendue::report_test {
 
 // A method whose mean squared error is variance * N^exponent, its seeds a factor apart, its iterations equally long.
-struct Method {
+struct LoggedMethod {
   std::string integrator = "path", accel = "sah";
   double seconds_per_iteration = 0.1, variance = 1, exponent = -1;
   int checkpoints = 8;
   std::string bias = "unbiased";
 };
 
-inline void add_cell(RunLog& log, const std::string& scene, const Method& method, std::uint64_t seed) {
+inline void add_cell(RunLog& log, const std::string& scene, const LoggedMethod& method, std::uint64_t seed) {
   const CellName name{scene, method.accel, method.integrator, seed};
   const double factor = std::exp(0.1 * std::sin(7.0 * static_cast<double>(seed)));
   for (int i = 0; i < method.checkpoints; ++i) {
@@ -50,7 +50,7 @@ inline void add_cell(RunLog& log, const std::string& scene, const Method& method
   log.cells.push_back(cell);
 }
 
-inline void add_cells(RunLog& log, const std::string& scene, const Method& method, int seeds) {
+inline void add_cells(RunLog& log, const std::string& scene, const LoggedMethod& method, int seeds) {
   for (int seed = 1; seed <= seeds; ++seed) add_cell(log, scene, method, static_cast<std::uint64_t>(seed));
 }
 

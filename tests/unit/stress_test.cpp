@@ -13,7 +13,7 @@
 namespace etendue {
 namespace {
 
-const std::string experiment =
+const std::string stress_experiment =
     "title = \"One hazard\"\n"
     "seeds = 2\n"
     "resolution = [8, 8]\n"
@@ -38,10 +38,10 @@ const std::string experiment =
     "name = \"side test\"\n"
     "change = { side_test = true }\n";
 
-std::string with(const std::string& from, const std::string& to) { return replaced(experiment, from, to); }
+std::string stress_with(const std::string& from, const std::string& to) { return replaced(stress_experiment, from, to); }
 
 TEST(StressConfig, TrialsAreMethodsAndRemedies) {
-  const ExperimentConfig config = parse_experiment(experiment, "x.toml");
+  const ExperimentConfig config = parse_experiment(stress_experiment, "x.toml");
   const auto& hazards = choice_of<StressChoice>(config).hazards;
   ASSERT_EQ(hazards.size(), 1u);
   const auto& trials = hazards[0].trials;
@@ -58,17 +58,18 @@ TEST(StressConfig, TrialsAreMethodsAndRemedies) {
 
 TEST(StressConfig, TheParameterMayBeAMethods) {
   const ExperimentConfig config =
-      parse_experiment(replaced(with("radius = 0.1", "radius = \"{x}\""), "thickness={x}", "thickness=0.1"), "x.toml");
+      parse_experiment(replaced(stress_with("radius = 0.1", "radius = \"{x}\""), "thickness={x}", "thickness=0.1"), "x.toml");
   const auto& hazard = choice_of<StressChoice>(config).hazards[0];
   EXPECT_NE(method_at(hazard, hazard.trials[2], 0.125).label().find("radius=0.125"), std::string::npos);
 }
 
 // The hazard with a second parameter: no remedies, one method, and {y} in its settings.
-const std::string two_parameters = replaced(
-    replaced(replaced(experiment.substr(0, experiment.find("[[stress.remedies]]")), "radius = 0.1", "radius = \"{y}\""),
-             "inapplicable = { path = \"it finds no sun through a veil\" }\n", ""),
-    "expect = { photon-map = [0.09, 0.1] }",
-    "rows = { of = \"photon-map\", y = \"radius\", unit = \"m\", values = [0.08, 0.1], expect = [0.0774, 0.0968] }");
+const std::string two_parameters =
+    replaced(replaced(replaced(stress_experiment.substr(0, stress_experiment.find("[[stress.remedies]]")), "radius = 0.1",
+                               "radius = \"{y}\""),
+                      "inapplicable = { path = \"it finds no sun through a veil\" }\n", ""),
+             "expect = { photon-map = [0.09, 0.1] }",
+             "rows = { of = \"photon-map\", y = \"radius\", unit = \"m\", values = [0.08, 0.1], expect = [0.0774, 0.0968] }");
 
 TEST(StressConfig, RowsAreSweepsAtValuesOfASecondParameter) {
   const ExperimentConfig config = parse_experiment(two_parameters, "x.toml");
@@ -97,26 +98,27 @@ TEST(StressConfig, SlipsOfRowsAreErrorsAtTheirPlace) {
   EXPECT_NE(slip("of = \"photon-map\"", "of = \"photon-mop\"").find("photon-map"), std::string::npos);
   EXPECT_NE(slip("radius = \"{y}\"", "radius = 0.1").find("{y} stands nowhere"), std::string::npos);
   EXPECT_NE(slip("rows = { of", "samples = { path = 3 }\nrows = { of").find("path"), std::string::npos) << "it is of no use";
-  EXPECT_NE(config_error(with("thickness={x}", "thickness={y}")).find("expected [stress.rows] beside it"), std::string::npos);
+  EXPECT_NE(config_error(stress_with("thickness={x}", "thickness={y}")).find("expected [stress.rows] beside it"),
+            std::string::npos);
 }
 
 TEST(StressConfig, SlipsAreErrorsAtTheirPlace) {
   const struct {
     std::string text, where, what;
-  } slips[] = {{with("{ middle", "{ midle"), "x.toml:16:", "middle"},
-               {with("thin-plate?", "thin-plat?"), "x.toml:12:", "thin-plate"},
-               {with("range = [0.2, 0.05]", "range = [0.2, 0.00001]"), "x.toml:12:", "thickness"},
-               {with("range = [0.2, 0.05]", "range = [0.2, 0.2]"), "x.toml:15:", "differ"},
-               {with("range = [0.2, 0.05]", "range = [0.2]"), "x.toml:15:", "[harmless, harmful]"},
-               {with("change = { side_test", "change = { sidetest"), "x.toml:23:", "side_test"},
-               {with("of = \"photon-map\"", "of = \"photon-mop\""), "x.toml:21:", "photon-mop"},
-               {with("of = \"photon-map\"", "of = \"path\""), "x.toml:21:", "applies to"},
-               {with("settings = { photon-map", "settings = { photon-mop"), "x.toml:17:", "photon-map"},
-               {with("expect = { photon-map", "expect = { photon-mop"), "x.toml:19:", "photon-map"},
-               {with("samples = 1 }", "time = \"1s\" }"), "x.toml:7:", "samples"},
-               {with("seeds = 2", "scenes = [\"builtin:edge\"]"), "x.toml:2:", "scenes"},
-               {with("integrators = ", "# "), "x.toml:7:", "integrators"},
-               {with("factor = 1.1", "factor = 1"), "x.toml:5:", "factor"}};
+  } slips[] = {{stress_with("{ middle", "{ midle"), "x.toml:16:", "middle"},
+               {stress_with("thin-plate?", "thin-plat?"), "x.toml:12:", "thin-plate"},
+               {stress_with("range = [0.2, 0.05]", "range = [0.2, 0.00001]"), "x.toml:12:", "thickness"},
+               {stress_with("range = [0.2, 0.05]", "range = [0.2, 0.2]"), "x.toml:15:", "differ"},
+               {stress_with("range = [0.2, 0.05]", "range = [0.2]"), "x.toml:15:", "[harmless, harmful]"},
+               {stress_with("change = { side_test", "change = { sidetest"), "x.toml:23:", "side_test"},
+               {stress_with("of = \"photon-map\"", "of = \"photon-mop\""), "x.toml:21:", "photon-mop"},
+               {stress_with("of = \"photon-map\"", "of = \"path\""), "x.toml:21:", "applies to"},
+               {stress_with("settings = { photon-map", "settings = { photon-mop"), "x.toml:17:", "photon-map"},
+               {stress_with("expect = { photon-map", "expect = { photon-mop"), "x.toml:19:", "photon-map"},
+               {stress_with("samples = 1 }", "time = \"1s\" }"), "x.toml:7:", "samples"},
+               {stress_with("seeds = 2", "scenes = [\"builtin:edge\"]"), "x.toml:2:", "scenes"},
+               {stress_with("integrators = ", "# "), "x.toml:7:", "integrators"},
+               {stress_with("factor = 1.1", "factor = 1"), "x.toml:5:", "factor"}};
   for (const auto& slip : slips) {
     const std::string what = config_error(slip.text);
     EXPECT_NE(what.find(slip.where), std::string::npos) << what;
@@ -302,7 +304,7 @@ TEST(StressReport, HiddenTableCountsWhatIntervalsMiss) {
 class StressRun : public ProgramTest {};
 
 TEST_F(StressRun, WritesMatrixPicturesAndPageAndResumes) {
-  write_file("one.toml", experiment);
+  write_file("one.toml", stress_experiment);
   const Outcome first = run({"run", "one.toml", "--threads", "1"});
   ASSERT_EQ(first.status, 0) << first.err;
   EXPECT_NE(first.out.find("expected 0.0900–0.100: confirmed"), std::string::npos) << first.out;

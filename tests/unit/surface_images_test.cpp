@@ -11,25 +11,25 @@ namespace {
 
 using testing::SceneContext;
 
-constexpr ivec2 size{8, 8};
+constexpr ivec2 plate_size{8, 8};
 
 // A plate of 4 x 4 m, tilted about x, before the camera at z = 5; the rows above and below see past it.
 Scene tilted_plate(const Material& material) {
   SceneBuilder builder("plate");
-  builder.camera({0, 0, 5}, {0, 0, 0}, 90, size);
+  builder.camera({0, 0, 5}, {0, 0, 0}, 90, plate_size);
   builder.light(PointLight{});
   builder.mesh(quad({-9, -2, -1}, {9, -2, -1}, {9, 2, 1}, {-9, 2, 1}), builder.material(material));
   return builder.finish();
 }
 
 TEST(SurfaceImages, OfAPlaneAreItsClosedForm) {
-  const SceneContext scope(tilted_plate(Diffuse{Rgb(0.25f, 0.5f, 0.75f)}), size);
+  const SceneContext scope(tilted_plate(Diffuse{Rgb(0.25f, 0.5f, 0.75f)}), plate_size);
   const Image depth = draw_surface_image("depth", scope.context), position = draw_surface_image("position", scope.context),
               normal = draw_surface_image("normal", scope.context), albedo = draw_surface_image("albedo", scope.context);
   const dvec3 facing = glm::normalize(dvec3(0, -1, 2));
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) {
-      const Ray ray = scope.scene.camera.ray(size, vec2(x, y) + 0.5f, vec2(0.5f));
+  for (int y = 0; y < plate_size.y; ++y)
+    for (int x = 0; x < plate_size.x; ++x) {
+      const Ray ray = scope.scene.camera.ray(plate_size, vec2(x, y) + 0.5f, vec2(0.5f));
       const double t = glm::dot(-dvec3(ray.origin), facing) / glm::dot(dvec3(ray.direction), facing);
       const dvec3 at = dvec3(ray.origin) + t * dvec3(ray.direction);
       if (std::abs(at.y) > 2) {
@@ -49,7 +49,7 @@ TEST(SurfaceImages, OfAPlaneAreItsClosedForm) {
 // A coat over white loses nothing, nor does glass; a mirror reflects its tint.
 TEST(SurfaceImages, AlbedosAreThoseOfLightStraightOn) {
   const auto albedo = [](const Material& material) {
-    const SceneContext scope(tilted_plate(material), size);
+    const SceneContext scope(tilted_plate(material), plate_size);
     return draw_surface_image("albedo", scope.context).at(4, 4);
   };
   EXPECT_LT(glm::length(albedo(Plastic{.reflectance = Rgb(1)}) - dvec3(1)), 1e-5);

@@ -13,23 +13,23 @@
 namespace etendue {
 namespace {
 
-const std::string base =
+const std::string throughput_base =
     "scenes = [\"builtin:cornell-box\"]\n"
     "integrators = [\"path\", { name = \"photon-map\", photons = \"2k\" }, \"irradiance-cache\"]\n"
     "resolution = [16, 16]\n"
     "throughput = { repetitions = 2, time = \"0.01s\" }\n";
 
 TEST(Throughput, KeysThatWouldChangeNothingAreErrors) {
-  expect_error(base + "accels = [\"sah\"]\n", "x.toml:5:1", "of no use beside [throughput]");
-  expect_error(replaced(base, "repetitions = 2", "isa = [\"avx3\"]"), "x.toml:4:23", "avx2");
-  expect_error(replaced(base, "repetitions = 2", "repetition = 2"), "x.toml:4:16", "repetitions");
+  expect_error(throughput_base + "accels = [\"sah\"]\n", "x.toml:5:1", "of no use beside [throughput]");
+  expect_error(replaced(throughput_base, "repetitions = 2", "isa = [\"avx3\"]"), "x.toml:4:23", "avx2");
+  expect_error(replaced(throughput_base, "repetitions = 2", "repetition = 2"), "x.toml:4:16", "repetitions");
   expect_error("scenes = [\"builtin:cornell-box\"]\nthroughput = {}\n", "x.toml:2:14", "[[integrators]]");
 }
 
 TEST(Throughput, EveryInstructionSetIsMeasuredAndResumed) {
   const auto directory = std::filesystem::temp_directory_path() / ("etendue-throughput-" + std::to_string(getpid()));
   std::filesystem::create_directories(directory);
-  std::ofstream(directory / "t.toml") << base;
+  std::ofstream(directory / "t.toml") << throughput_base;
   RunOptions options;
   options.experiment = (directory / "t.toml").string();
   options.out = (directory / "out").string();
