@@ -9,6 +9,10 @@ namespace {
 // Distance from the scene's centre to the disk through which light from infinity enters, in radii of the scene.
 constexpr float disk_distance = 1.01f;
 
+// Where rays leave a light that is a point: beyond walls that it lies in, as far as rounding tells, lest half of its light be
+// lost there. Shadow rays end before it, too. It is less than the distance behind a wall at which a lamp is hidden.
+float least_distance(const vec3& position) { return 4 * rounding_at(position); }
+
 float emission_pdf_of(const AreaLight& light, float chosen, float area, float cosine) {
   if (light.two_sided) return chosen * std::abs(cosine) * 0.5f * inv_pi / area;
   return chosen * std::max(cosine, 0.0f) * inv_pi / area;
@@ -50,14 +54,14 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
   if (const auto* l = std::get_if<AreaLight>(&light))
     return emit_from_area(emitters_[i], *l, chosen, id, u_position, u_direction);
   if (const auto* l = std::get_if<PointLight>(&light)) {
-    const Ray ray{.origin = l->position, .direction = sample_unit_sphere(u_direction)};
+    const Ray ray{.origin = l->position, .t_min = least_distance(l->position), .direction = sample_unit_sphere(u_direction)};
     return LightRay{ray,  ray.direction, l->intensity * (4 * pi / chosen), emission_pdf(id, {}, ray.direction, {}), id,
                     true, false};
   }
   if (const auto* l = std::get_if<SpotLight>(&light)) {
     const vec3 direction = Frame::from_normal(l->direction).to_world(sample_cone(u_direction, l->cos_outer));
     const float density = chosen / (2 * pi * (1 - l->cos_outer));
-    return LightRay{{.origin = l->position, .direction = direction},
+    return LightRay{{.origin = l->position, .t_min = least_distance(l->position), .direction = direction},
                     direction,
                     l->intensity * (spot_falloff(*l, direction) / density),
                     density,

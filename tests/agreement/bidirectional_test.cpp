@@ -126,6 +126,29 @@ TEST(Bidirectional, InfinitePlanesUnderAnEnvironmentAndTheSun) {
   expect_agreement(b.finish(), path, {bdpt, vcm});
 }
 
+// Rounding puts a lamp to one side of a tilted ceiling or the other: its light falls on the floor all the same, as light
+// samples find it.
+TEST(Bidirectional, LampsInACeilingSendAllTheirLight) {
+  for (const float tilt : {10.0f, 17.0f}) {
+    SceneBuilder b("lamp in a ceiling");
+    const Transform roof = Transform::translate({0, 1.9f, 0}) * Transform::rotate(tilt * pi / 180, {0, 0, 1});
+    const auto white = b.material(Diffuse{Rgb(0.5f)});
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), white);
+    b.mesh(transformed(quad({-3, 0, -3}, {3, 0, -3}, {3, 0, 3}, {-3, 0, 3}), roof), white);
+    b.light(PointLight{roof.point({0.37f, 0, 0.21f}), Rgb(3)});
+    b.camera({0, 0.9f, 2.5f}, {0, 0.6f, 0}, 60, {16, 16});
+    const Scene scene = b.finish();
+    const auto mean_of = [&](const char* method, const ParamMap& params, std::uint32_t iterations) {
+      testing::RenderOptions options{.params = params, .iterations = iterations, .resolution = {16, 16}};
+      options.params.merge(params_of({{"max_depth", "1"}}));
+      return testing::block_means(testing::render(scene, method, options).image, 16).front().y;
+    };
+    const double paths = mean_of("path", {}, 16);
+    EXPECT_NEAR(mean_of("light-trace", params_of({{"paths", "8192"}}), 64) / paths, 1, 0.03) << tilt;
+    EXPECT_NEAR(mean_of("bdpt", {}, 64) / paths, 1, 0.02) << tilt;
+  }
+}
+
 TEST(Bidirectional, ThinLens) {
   SceneBuilder b = furnished("lens", false);
   b.quadric(Sphere{{-1, 2.2f, 0.8f}, 0.3f}, b.material(Diffuse{Rgb(0)}), Rgb(6, 5, 4));
