@@ -40,14 +40,14 @@ class PhotonCache final : public RecordCache {
   Identity identity() const override {
     return {"photon-cache", param_texts(params_), {"accuracy", "extra_samples", "record_structure", "refine", "structure"}, 2};
   }
-  void trace_map(RenderContext& context, std::uint32_t index);
+  bool trace_map(RenderContext& context, std::uint32_t index);
   double ray_work() const override { return EffortSplit::gather_ray_work; }
   double photon_work() const override {
     return params_.retrace ? EffortSplit::caustic_photon_work * maps_.caustic_photons() : 0;
   }
   double photon_record_work() const override {
     const double maps = params_.retrace ? std::floor(progress_.passes_at(stage())) : 1;
-    return EffortSplit::photon_work * maps * progress_.share_at(stage()) * maps_.photons();
+    return EffortSplit::photon_work * maps * progress_.photon_share_at(stage()) * maps_.photons();
   }
   bool made_anew() const override { return !gathers_ && params_.retrace; }
   void refine(RenderContext& context, std::uint32_t index) override;
@@ -69,7 +69,8 @@ class PhotonCache final : public RecordCache {
 void PhotonCache::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
-  maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true});
+  maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true, params_.retrace});
+  if (gathers_) progress_.map_photons = maps_.photons();
   expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   standing_.begin(context, has_overture() && gathers_);
   trace_map(context, 0);
@@ -122,7 +123,7 @@ IrradianceEstimate PhotonCache::density(const RenderContext& context, const Cach
 }
 
 // The map of photons with which records are made in an iteration, where it is not there yet.
-void PhotonCache::trace_map(RenderContext& context, std::uint32_t index) {
+bool PhotonCache::trace_map(RenderContext& context, std::uint32_t index) {
   std::uint32_t pass = 0;
   if (made_anew()) {
     pass = round_of(index);
@@ -130,20 +131,22 @@ void PhotonCache::trace_map(RenderContext& context, std::uint32_t index) {
     const auto passes = static_cast<std::uint32_t>(progress_.passes_at(stage()));
     pass = std::min(stage(), CacheProgress::overture_stages) + passes - 1;
   }
-  const float share = gathers_ ? progress_.share_at(stage()) : 1;
-  if (pass == map_pass_ && share == map_share_) return;
+  const float share = gathers_ ? progress_.photon_share_at(stage()) : 1;
+  if (pass == map_pass_ && share == map_share_) return false;
+  const bool grew = share > map_share_ && map_share_ > 0;
   maps_.trace_global(context, pass, share);
   map_pass_ = pass;
   map_share_ = share;
+  return grew;
 }
 
 void PhotonCache::refine(RenderContext& context, std::uint32_t index) {
   if (params_.retrace && index > 0) maps_.trace_caustics(context, round_of(index));
-  if (index > 0) trace_map(context, index);
+  const bool grew = index > 0 && trace_map(context, index);
   cache_->set_source(map_pass_);
 
   const auto timed = context.phases.measure("initial_pass");
-  refine_records(context, made_anew() && index > 0, gathers_ ? progress_.passes_at(stage()) : 1);
+  refine_records(context, grew || (made_anew() && index > 0), gathers_ ? progress_.passes_at(stage()) : 1);
 }
 
 void PhotonCache::camera_sample(const RenderContext& context, float next_accuracy, CameraSample& sample) const {

@@ -29,8 +29,9 @@
 // The standard error it states leaves out the kernel's blur. Without `retrace` it includes the caustic map's noise at a point,
 // which is too much where a pixel is wider than a kernel, and none with `k` = 0.
 //
-// By default a pilot decides how many photons the global map has (integrators/photons/photon_maps.h): one map is all there is
-// for the first hundred iterations, and its scatter the image's.
+// By default a pilot decides how many photons the global map has (integrators/photons/photon_maps.h). The map grows to that
+// number as the error that records state asks for (cache_progress.h), from the photons of the pilot on. With each step of its
+// growth records are made anew, so that no blur of coarser maps stays in them; what they gave to pixels fades by its weight.
 //
 // Biased: by the blur of the kernel's radius and its loss at edges (at gather rays' ends, or where it is seen). By default
 // photons are divided by their own hull, against that loss; it takes them for independent, and of those that come straight

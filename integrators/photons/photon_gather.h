@@ -134,6 +134,7 @@ class PhotonMap {
  public:
   // Takes the photons along a space-filling curve and builds `query` over them.
   void build(Photons photons, std::unique_ptr<PointQuery> query, const GatherOptions& options);
+  void set_edges(Edges edges) { options_.edges = edges; }
   // With them, photons that the side test lets pass are refused where a wall hides them.
   void set_walls(std::shared_ptr<const WallGrid> walls) { walls_ = std::move(walls); }
 

@@ -8,6 +8,11 @@ namespace etendue {
 namespace {
 
 constexpr int fewest_photons = 200000;  // by default
+// Of caustic photons that are new in every iteration: those of the first one, the iterations until there are all, and the
+// least part of the disc over k of them that counts.
+constexpr int photons_a_pixel = 3;
+constexpr double growing_passes = 32;
+constexpr float least_share = 0.2f;
 constexpr float least_caustic_share = 0.1f;
 
 }  // namespace
@@ -24,7 +29,7 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
   const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0);
   separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
-  caustic_photons_ = params_.caustic_photons > 0 ? params_.caustic_photons : fewest_photons;
+  caustic_photons_ = caustics_traced_ = params_.caustic_photons > 0 ? params_.caustic_photons : fewest_photons;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
   holds_caustics_ = caustics && !separate_caustics_;
@@ -40,8 +45,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   const auto timed = context.phases.measure("pilot");
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
   pass.emission = PhotonEmission::power;
-  PhotonMap map;
-  build(context, map, trace(context, pass), Edges::disc);
+  build(context, global_, trace(context, pass), Edges::disc);
   const float wanted = 0.007f * glm::length(context.scene.bounds().diagonal());
   if (!(wanted > 0)) return fewest_photons;
   const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
@@ -55,17 +59,20 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, rough_materials_.get());
     if (seen)
-      radii[i] = map.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
+      radii[i] =
+          global_.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
     if (!asks_for_caustics) return;
     const CachePoint rough = find_rough_point(context, pixel, use_.max_depth, use_.sampler, *rough_materials_);
     if (!rough) return;
     const auto light_of = [&](PhotonHistory histories) {
-      return luminance(map.estimate(
+      return luminance(global_.estimate(
           context, GatherPoint::irradiance(rough.position, rough.geometric, rough.origin, use_.max_depth, histories)));
     };
     if (const float light = light_of(photon_any); light > 0) shares[i] = light_of(photon_caustic) / light;
   });
   if (asks_for_caustics && *std::ranges::max_element(shares) < least_caustic_share) separate_caustics_ = false;
+  if (params_.emission == PhotonEmission::power) pilots_ = pilots;
+  global_.set_edges(params_.edges);
   std::erase(radii, 0.0f);
   if (radii.empty()) return fewest_photons;
   return static_cast<int>(std::clamp<double>(photons_for(median(radii)), fewest_photons, most));
@@ -118,20 +125,39 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass, float 
     return pass_of(count, key, use_.max_depth - (gathers && !holds_caustics_ ? 2 : 1), gathers ? photon_any : global_seen_,
                    gathered_ ? gathered_.get() : seen_.get());
   };
-  Photons photons = trace(context, pass_for(photons_wanted, hash_keys(0, pass))), sample_points;
-  const bool precomputes = gathers && params_.precompute > 0;
-  if (precomputes)
-    sample_points = trace(context, pass_for(std::max(1, photons_wanted / params_.precompute), hash_keys(0, pass, 1)));
+  if (photons_wanted <= pilots_) {
+    if (!irradiance_) precompute(context, pass_for(pilots_, hash_keys(2, 1)));
+    return;
+  }
+  Photons photons = trace(context, pass_for(photons_wanted, hash_keys(0, pass)));
+  pilots_ = 0;
+  irradiance_.reset();
+  {
+    const auto timed = context.phases.measure("build");
+    build(context, global_, std::move(photons), params_.edges);
+  }
+  if (gathers) precompute(context, pass_for(photons_wanted, hash_keys(0, pass, 1)));
+}
+
+void PhotonMaps::precompute(const RenderContext& context, PhotonPass pass) {
+  if (params_.precompute == 0) return;
+  pass.count = std::max(1u, pass.count / static_cast<std::uint32_t>(params_.precompute));
+  const Photons sample_points = trace(context, pass);
   const auto timed = context.phases.measure("build");
-  build(context, global_, std::move(photons), params_.edges);
-  if (precomputes)
-    irradiance_ = std::make_unique<PhotonIrradiance>(global_, sample_points, context.make_points(params_.structure));
+  irradiance_ = std::make_unique<PhotonIrradiance>(global_, sample_points, context.make_points(params_.structure));
 }
 
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {
   if (!separate_caustics_) return;
+  if (use_.new_caustics && params_.caustic_photons == 0) {
+    const double first = photons_a_pixel * static_cast<double>(context.resolution.x) * context.resolution.y;
+    const double grown = std::min(1.0, pass / growing_passes);
+    caustics_traced_ =
+        static_cast<int>(std::min<double>(caustic_photons_, glm::mix(first, static_cast<double>(caustic_photons_), grown)));
+    share = std::max(least_share, static_cast<float>(caustics_traced_) / static_cast<float>(caustic_photons_));
+  }
   Photons photons =
-      trace(context, pass_of(caustic_photons_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
+      trace(context, pass_of(caustics_traced_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
   build(context, caustic_, std::move(photons), params_.edges == Edges::hull ? Edges::disc : params_.edges, share);
 }

@@ -72,6 +72,50 @@ TEST(PhotonCache, SameBitsAtAnyThreadCount) {
                                                   options_for(3, {{"fill", fill}, {"samples", std::int64_t{32}}}));
 }
 
+std::uint64_t photons_emitted() { return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)]; }
+
+// From the pilot's photons on.
+TEST(PhotonCache, AMapThatGrowsHasTheSameBitsAtAnyThreadCount) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  RenderOptions options = options_for(8, {{"photons", std::int64_t{0}}, {"samples", std::int64_t{16}}});
+  options.resolution = {24, 24};
+  reset_counters();
+  render(scene, "photon-cache", options);
+  EXPECT_GT(photons_emitted(), 40000u + 50000u + 200000u) << "it has grown";
+  testing::expect_same_bits_at_any_thread_count(scene, "photon-cache", options);
+}
+
+TEST(PhotonCache, AMapThatHasGrownLeavesNoBlurInRecords) {
+  const Scene scene = load_scene("builtin:lambert-sphere");
+  const auto error = [&](std::int64_t photons) {
+    const RenderOptions options = options_for(12, {{"photons", photons}, {"samples", std::int64_t{64}}});
+    reset_counters();
+    const double found = relmse(render(scene, "photon-cache", options).image, exact_image(scene, options.resolution));
+    EXPECT_GT(photons_emitted(), static_cast<std::uint64_t>(photons)) << "it has grown";
+    return found;
+  };
+  EXPECT_LT(error(200000), error(20000));
+}
+
+TEST(PhotonCache, NewCausticPhotonsFollowPixelsAndIterations) {
+  const Scene scene = load_scene("builtin:water");
+  const auto emitted_for_caustics = [&](int size, std::uint32_t iterations, bool retrace) {
+    const auto emitted = [&](const char* map) {
+      RenderOptions options = options_for(
+          iterations, {{"samples", std::int64_t{8}}, {"caustic_map", map}, {"retrace", retrace}, {"refine", false}});
+      options.params.erase("caustic_photons");
+      options.resolution = {size, size};
+      reset_counters();
+      render(scene, "photon-cache", options);
+      return photons_emitted();
+    };
+    return emitted("on") - emitted("off");
+  };
+  EXPECT_EQ(emitted_for_caustics(16, 1, true), 768u);
+  EXPECT_EQ(emitted_for_caustics(16, 3, true), 768u + 6994 + 13220);  // of 768 and 200,000, 1/32 and 2/32 farther
+  EXPECT_EQ(emitted_for_caustics(16, 3, false), 200000u);
+}
+
 TEST(PhotonCache, EveryParameterChangesTheImage) {
   const Scene scene = load_scene("builtin:cornell-spheres");
   RenderOptions options = options_for(2, {{"samples", std::int64_t{32}}});
@@ -126,7 +170,7 @@ TEST(PhotonCache, PilotAsksForMorePhotonsWhereFewReachTheView) {
   const auto emitted = [&](const char* name) {
     reset_counters();
     render(load_scene(name), "photon-cache", options);
-    return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)];
+    return photons_emitted();
   };
   EXPECT_GT(emitted("builtin:two-rooms"), emitted("builtin:cornell-box") * 5 / 4);
 }
@@ -142,7 +186,7 @@ TEST(PhotonCache, CausticsThatNobodySeesHaveNoMapOfTheirOwn) {
       options.resolution = {12, 12};
       reset_counters();
       render(scene, "photon-cache", options);
-      return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)];
+      return photons_emitted();
     };
     EXPECT_EQ(emitted("auto"), emitted(seen ? "on" : "off")) << name;
   }

@@ -40,6 +40,27 @@ TEST(CacheProgress, OvertureIsCoarseAndHasFewRaysButSome) {
   EXPECT_EQ(progress.rays_at(0, 5), 5);
 }
 
+TEST(CacheProgress, AMapOfManyPhotonsIsBehindRaysUntilItIsWhole) {
+  const auto photons_at = [](int photons, std::uint32_t stage) {
+    return CacheProgress{.map_photons = photons}.photon_share_at(stage) * static_cast<float>(photons);
+  };
+  EXPECT_EQ(photons_at(100000, first), 100000);
+  EXPECT_EQ(photons_at(100000, first - 1), 25000);
+  EXPECT_NEAR(photons_at(200000, first), 50000, 1);
+  EXPECT_NEAR(photons_at(200000, first - 2), 3125, 1);
+  EXPECT_EQ(photons_at(200000, first + 1), 200000);
+  EXPECT_EQ(photons_at(800000, first), 100000);
+  EXPECT_NEAR(photons_at(2000000, first), 50000, 1);
+  EXPECT_EQ(photons_at(2000000, first + 1), 250000);
+
+  const CacheProgress progress{.map_photons = 2000000}, plain;
+  for (std::uint32_t i = 0; i < first + 2; ++i) {
+    EXPECT_EQ(progress.rays_at(i, 256), plain.rays_at(i, 256));
+    EXPECT_LT(progress.weight_at(i), progress.weight_at(i + 1));
+  }
+  for (const std::uint32_t i : {first + 2, first + 9}) EXPECT_EQ(progress.weight_at(i), plain.weight_at(i));
+}
+
 TEST(CacheProgress, WithNewPhotonsInEveryIterationStagesFollowIterations) {
   const CacheProgress progress;
   EXPECT_EQ(progress.stage_after(0), first);

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::uint64_t asking_pixels = 32;  // one in so many
 constexpr int fewest_rays = 16;
+constexpr int first_map = 50000, map_growth = 8;  // photons that all rays of a record meet first; a step's factor
 constexpr double steps_per_doubling = 10;
 constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
 
@@ -38,6 +39,25 @@ float CacheProgress::share_at(std::uint32_t stage) const {
   return refines && stage < overture_stages ? math::exp2(-2.0f * static_cast<float>(overture_stages - stage)) : 1;
 }
 
+std::uint32_t CacheProgress::map_steps() const {
+  std::uint32_t steps = 0;
+  if (refines)
+    for (int left = map_photons; left >= 4 * first_map; left /= map_growth) ++steps;
+  return steps;
+}
+
+std::uint32_t CacheProgress::map_steps_left(std::uint32_t stage) const {
+  const std::uint32_t all = overture_stages + map_steps();
+  return all - std::clamp(stage, overture_stages, all);
+}
+
+float CacheProgress::photon_share_at(std::uint32_t stage) const {
+  float share = 1;
+  for (std::uint32_t left = map_steps_left(stage); left > 0; --left) share /= map_growth;
+  if (share < 1) share = std::max(share, static_cast<float>(first_map) / static_cast<float>(map_photons));
+  return share * share_at(stage);
+}
+
 int CacheProgress::rays_at(std::uint32_t stage, int samples) const {
   return std::max(static_cast<int>(share_at(stage) * static_cast<float>(samples)), std::min(samples, fewest_rays));
 }
@@ -50,7 +70,8 @@ float CacheProgress::accuracy_at(std::uint32_t stage) const {
 
 double CacheProgress::weight_at(std::uint32_t stage) const {
   if (!refines) return 1;
-  return stage < overture_stages ? math::exp2(-3.0 * (overture_stages - stage)) : time_at(stage);
+  const double of_map = math::exp2(-2.0 * map_steps_left(stage));
+  return of_map * (stage < overture_stages ? math::exp2(-3.0 * (overture_stages - stage)) : time_at(stage));
 }
 
 std::uint32_t CacheProgress::stage_after(std::uint32_t iterations) const {
