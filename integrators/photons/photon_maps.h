@@ -54,7 +54,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.integer(
       "caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
       "emitted for the caustic map, where there is one; 0: 200,000; new in every iteration of a cache, three a pixel in the "
-      "first, if those are fewer, and more in each until they are 200,000 in the 33rd, under kernels of the same reach");
+      "first, if those are fewer, and more in each until they are 200,000 in the 17th, under kernels of the same reach");
   v.integer(
       "k", p.k, 0, 1000000, "photons",
       "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "

@@ -112,7 +112,7 @@ TEST(PhotonCache, NewCausticPhotonsFollowPixelsAndIterations) {
     return emitted("on") - emitted("off");
   };
   EXPECT_EQ(emitted_for_caustics(16, 1, true), 768u);
-  EXPECT_EQ(emitted_for_caustics(16, 3, true), 768u + 6994 + 13220);  // of 768 and 200,000, 1/32 and 2/32 farther
+  EXPECT_EQ(emitted_for_caustics(16, 3, true), 768u + 13220 + 25672);  // of 768 and 200,000, 1/16 and 2/16 farther
   EXPECT_EQ(emitted_for_caustics(16, 3, false), 200000u);
 }
 
