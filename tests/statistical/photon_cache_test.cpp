@@ -1,4 +1,5 @@
 // The cache that photons fill against closed forms and itself.
+#include "experiments/run/closed_form.h"
 #include "framework/core/counters.h"
 #include "tests/image_checks.h"
 
@@ -114,6 +115,14 @@ TEST(PhotonCache, NewCausticPhotonsFollowPixelsAndIterations) {
   EXPECT_EQ(emitted_for_caustics(16, 1, true), 768u);
   EXPECT_EQ(emitted_for_caustics(16, 3, true), 768u + 13220 + 25672);  // of 768 and 200,000, 1/16 and 2/16 farther
   EXPECT_EQ(emitted_for_caustics(16, 3, false), 200000u);
+}
+
+TEST(PhotonCache, CausticsOfAMapThatGrowsAreThoseOfTheClosedForm) {
+  const Scene scene = load_scene("builtin:water?camera=above");
+  RenderOptions options = options_for(6, {{"samples", std::int64_t{8}}});
+  options.params.erase("caustic_photons");
+  const auto b = testing::bias_over_seeds(scene, "photon-cache", options, 4, integrate_closed_form(scene, options.resolution));
+  EXPECT_LT(std::abs(b.mean), 0.01 + 4 * b.deviation) << b.mean << " +- " << b.deviation;
 }
 
 TEST(PhotonCache, EveryParameterChangesTheImage) {
