@@ -48,7 +48,7 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
       {"sky", "approximated by Preetham's clear sky", &R::sky},
       {"sun", "approximated by a directional light, from sun_direction or time and place", &R::sky},
       {"sunsky", "approximated by both", &R::sky},
-      {"timed_sunsky", "approximated by both", &R::sky},
+      {"timed_sunsky", "approximated by both, at one time: the sun does not move", &R::sky},
       {"collimated", "approximated: left out", &R::left_out_emitter},
       {"directionalarea", "approximated: left out", &R::left_out_emitter},
       {"projector", "approximated: left out", &R::left_out_emitter},
@@ -154,8 +154,13 @@ void MitsubaReader::sky(const Properties& of) {
   const bool has_sky = of.type() != "sun", has_sun = of.type() != "sky";
   approximate(of.where(), fmt::format("{} is not supported", of.title()),
               "Preetham's sky and a directional sun; brightness and colours differ");
-  const Transform to_world = of.transform("to_world");
-  const vec3 sun = unit(of, of.point("sun_direction", towards_sun(sun_time(of))));
+  // Up is +z from version 2 on, and south +x; `sun_direction` is the world's in all versions.
+  Transform to_world = of.transform("to_world");
+  if (!version0()) to_world = to_world * Transform::rotate(0.5f * pi, {1, 0, 0});
+  const vec3 then = towards_sun(sun_time(of));
+  const vec3 sun = unit(of, of.has("sun_direction") ? to_world.inverse_vector(of.point("sun_direction", vec3(0)))
+                            : version0()            ? then
+                                                    : vec3(then.z, then.y, then.x));
   const float turbidity = of.number("turbidity", 3, 1, 10), scale = of.number("scale", 1, 0, 1e6f);
   const float sky_scale = scale * of.number("sky_scale", 1, 0, 1e6f), sun_scale = scale * of.number("sun_scale", 1, 0, 1e6f);
   if (has_sky) {
