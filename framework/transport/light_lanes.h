@@ -83,6 +83,7 @@ LightSampleOf<F> sample_lights(const LightSampler& lights, const Vec3<F>& positi
 template <class F>
 struct EmittedOf {
   Vec3<F> origin{0.0f}, direction{0.0f}, power{0.0f};
+  F t_min = 0.0f;  // of the ray, above 0 from points and spots
 };
 
 template <class F>
@@ -97,6 +98,7 @@ EmittedOf<F> emit_particles(const LightSampler& lights, F u_light, const Vec2<F>
       set_lane(out.origin, i, emitted->ray.origin);
       set_lane(out.direction, i, emitted->ray.direction);
       set_lane(out.power, i, emitted->power);
+      set_lane(out.t_min, i, emitted->ray.t_min);
     });
     return out;
   }

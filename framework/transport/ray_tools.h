@@ -79,4 +79,10 @@ void for_unoccluded(const RenderContext& context, std::span<const Ray> shadow_ra
   }
 }
 
+// Does a light that is a point, whose ray this is (t_min above 0), lie in the surface that the ray meets, as far as rounding
+// tells? What it sends along that surface is rounding.
+inline bool meets_own_wall(const Ray& ray, const SurfacePoint& point) {
+  return ray.t_min > 0 && std::abs(glm::dot(point.position - ray.origin, point.normal)) < point.clearance;
+}
+
 }  // namespace etendue

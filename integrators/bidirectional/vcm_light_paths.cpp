@@ -125,9 +125,7 @@ class LightPaths::Tracer {
     SubPath& path = walk.path;
     LightTrail* const trail = trail_of(walk);
     const vec3 wo = -ray.direction;
-    // What a light that is a point sends along a surface that it lies in is rounding.
-    const bool of_point = depth == 0 && walk.emitted.delta_position;
-    if (of_point && std::abs(glm::dot(point.position - ray.origin, point.normal)) < point.clearance) return false;
+    if (meets_own_wall(ray, point)) return false;
     arrive(walk, ray, point, depth);
     if (trail) follow(*trail, walk, ray, point, depth);
     if (has_non_specular(context_.scene.materials[point.material])) {

@@ -116,7 +116,7 @@ void emit(PhotonStarts& starts) {
     const EmittedOf<float> emitted = emit_particles<float>(starts.lights, u[0], {u[1], u[2]}, {u[3], u[4]}, true);
     if (!is_black(emitted.power)) {
       starts.states[starts.count] = {i, photon_direct, emitted.power * share, starts.numbers.scattering<float>(i)};
-      starts.rays[starts.count++] = {.origin = emitted.origin, .direction = emitted.direction};
+      starts.rays[starts.count++] = {.origin = emitted.origin, .t_min = emitted.t_min, .direction = emitted.direction};
     }
     ++i;
   }

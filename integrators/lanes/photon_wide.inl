@@ -31,7 +31,7 @@ void emit(PhotonStarts& starts) {
   for (std::size_t first = 0; first < starts.starts.size(); first += width) {
     const int count = static_cast<int>(std::min<std::size_t>(width, starts.starts.size() - first));
     const std::uint32_t number = starts.first + static_cast<std::uint32_t>(first);
-    Rows<9> rows;
+    Rows<10> rows;
     for (int row = 0; row < width; ++row) {
       const PhotonStart& start = starts.starts[first + static_cast<std::size_t>(row < count ? row : 0)];
       for (int d = 0; d < emission_dimensions; ++d) rows.put(d, row, start.numbers[static_cast<std::size_t>(d)]);
@@ -47,10 +47,12 @@ void emit(PhotonStarts& starts) {
     rows.put(0, emitted.origin);
     rows.put(3, emitted.direction);
     rows.put(6, emitted.power * share);
+    rows.put(9, emitted.t_min);
     for_lanes(WideMask::first(count) & !is_black(emitted.power), [&](int row) {
       starts.states[starts.count] = {
           number + static_cast<std::uint32_t>(row), photon_direct, rows.get_vec(6, row), {state[row], increment[row]}};
-      starts.rays[starts.count++] = {.origin = rows.get_vec(0, row), .direction = rows.get_vec(3, row)};
+      starts.rays[starts.count++] = {
+          .origin = rows.get_vec(0, row), .t_min = rows.get(9, row), .direction = rows.get_vec(3, row)};
     });
   }
 }

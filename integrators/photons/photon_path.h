@@ -48,6 +48,7 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     const Hit hit = context_.rays.closest(ray);
     if (!hit) return matters;
     const SurfacePoint point = context_.scene.surface_at(ray, hit);
+    if (meets_own_wall(ray, point)) return matters;
     const vec3 from = -ray.direction;
     const bool rough = rough_materials_(point.material);
     const vec3 normal = glm::dot(from, point.normal) < 0 ? -point.normal : point.normal;

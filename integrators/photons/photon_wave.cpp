@@ -74,7 +74,9 @@ void PhotonWave::meet(int scatterings) {
     const Hit& hit = hits_[i];
     if (!hit) continue;
     const bool on_triangle = hit.instance == 0 && world.geometry.is_triangle(hit.primitive);
-    if (!on_triangle) points_[i] = scene.surface_at(rays_[i], hit);
+    const bool of_point = rays_[i].t_min > 0;
+    if (!on_triangle || of_point) points_[i] = scene.surface_at(rays_[i], hit);
+    if (of_point && meets_own_wall(rays_[i], points_[i])) continue;
     const std::uint32_t material = on_triangle ? world.shape(hit.primitive).material : points_[i].material;
     runs_.add(2 * material + (on_triangle ? 0 : 1), static_cast<std::uint32_t>(i));
   }

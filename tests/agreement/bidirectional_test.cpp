@@ -126,26 +126,42 @@ TEST(Bidirectional, InfinitePlanesUnderAnEnvironmentAndTheSun) {
   expect_agreement(b.finish(), path, {bdpt, vcm});
 }
 
-// Rounding puts a lamp to one side of a tilted ceiling or the other: its light falls on the floor all the same, as light
+// Rounding puts the lamp to one side of a tilted ceiling or the other: its light falls on the floor all the same, as light
 // samples find it.
+Scene lamp_in_a_ceiling(float tilt) {
+  SceneBuilder b("lamp in a ceiling");
+  const Transform roof = Transform::translate({0, 1.9f, 0}) * Transform::rotate(tilt * pi / 180, {0, 0, 1});
+  const auto white = b.material(Diffuse{Rgb(0.5f)});
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), white);
+  b.mesh(transformed(quad({-3, 0, -3}, {3, 0, -3}, {3, 0, 3}, {-3, 0, 3}), roof), white);
+  b.light(PointLight{roof.point({0.37f, 0, 0.21f}), Rgb(3)});
+  b.camera({0, 0.9f, 2.5f}, {0, 0.6f, 0}, 60, {16, 16});
+  return b.finish();
+}
+
+double mean_of(const Scene& scene, const char* method, const ParamMap& params, std::uint32_t iterations) {
+  const testing::RenderOptions options{.params = params, .iterations = iterations, .resolution = {16, 16}};
+  return testing::block_means(testing::render(scene, method, options).image, 16).front().y;
+}
+
 TEST(Bidirectional, LampsInACeilingSendAllTheirLight) {
   for (const float tilt : {10.0f, 17.0f}) {
-    SceneBuilder b("lamp in a ceiling");
-    const Transform roof = Transform::translate({0, 1.9f, 0}) * Transform::rotate(tilt * pi / 180, {0, 0, 1});
-    const auto white = b.material(Diffuse{Rgb(0.5f)});
-    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), white);
-    b.mesh(transformed(quad({-3, 0, -3}, {3, 0, -3}, {3, 0, 3}, {-3, 0, 3}), roof), white);
-    b.light(PointLight{roof.point({0.37f, 0, 0.21f}), Rgb(3)});
-    b.camera({0, 0.9f, 2.5f}, {0, 0.6f, 0}, 60, {16, 16});
-    const Scene scene = b.finish();
-    const auto mean_of = [&](const char* method, const ParamMap& params, std::uint32_t iterations) {
-      testing::RenderOptions options{.params = params, .iterations = iterations, .resolution = {16, 16}};
-      options.params.merge(params_of({{"max_depth", "1"}}));
-      return testing::block_means(testing::render(scene, method, options).image, 16).front().y;
-    };
-    const double paths = mean_of("path", {}, 16);
-    EXPECT_NEAR(mean_of("light-trace", params_of({{"paths", "8192"}}), 64) / paths, 1, 0.03) << tilt;
-    EXPECT_NEAR(mean_of("bdpt", {}, 64) / paths, 1, 0.02) << tilt;
+    const Scene scene = lamp_in_a_ceiling(tilt);
+    const double paths = mean_of(scene, "path", params_of({{"max_depth", "1"}}), 16);
+    EXPECT_NEAR(mean_of(scene, "light-trace", params_of({{"max_depth", "1"}, {"paths", "8192"}}), 64) / paths, 1, 0.03) << tilt;
+    EXPECT_NEAR(mean_of(scene, "bdpt", params_of({{"max_depth", "1"}}), 64) / paths, 1, 0.02) << tilt;
+  }
+}
+
+TEST(Photons, OfALampInACeilingAreAllSent) {
+  for (const float tilt : {10.0f, 17.0f}) {
+    const Scene scene = lamp_in_a_ceiling(tilt);
+    const double paths = mean_of(scene, "path", params_of({{"max_depth", "4"}}), 512);
+    for (const auto& [method, samples] : {std::pair("photon-map", "0"), std::pair("photon-cache", "32")}) {
+      ParamMap params = params_of({{"max_depth", "4"}, {"photons", "20000"}});
+      if (samples != std::string("0")) params.merge(params_of({{"samples", samples}}));
+      EXPECT_NEAR(mean_of(scene, method, params, 8) / paths, 1, 0.03) << method << ' ' << tilt;
+    }
   }
 }
 
