@@ -162,13 +162,20 @@ void warn_of_budgets(const ReportData& data, Warnings& warnings) {
   for (const ManifestRecord& manifest : data.log->manifests) manifests[manifest.id] = &manifest;
   for (const Configuration* configuration : data.finished()) {
     std::set<std::string> experiments;
-    std::set<std::pair<double, std::uint64_t>> budgets;  // seconds, or iterations
+    std::set<std::pair<double, std::uint64_t>> budgets;         // seconds, or iterations
+    std::map<std::string, std::set<std::uint64_t>> iterations;  // of runs that no time ends
     for (const Replicate& replicate : configuration->replicates)
       if (const auto found = manifests.find(replicate.last()->manifest); found != manifests.end()) {
         const double seconds = found->second->budget_s;
         experiments.insert(found->second->experiment_hash);
-        budgets.emplace(seconds, seconds > 0 ? 0 : replicate.last()->iterations);
+        if (seconds > 0)
+          budgets.emplace(seconds, 0);
+        else
+          iterations[found->first].insert(replicate.last()->iterations);
       }
+    // Where an error ends them, each seed has its own.
+    for (const auto& [manifest, counts] : iterations)
+      if (counts.size() == 1) budgets.emplace(0, *counts.begin());
     if (experiments.size() > 1 && budgets.size() > 1)
       warn(warnings, "{}: seeds of {} are merged that had different budgets; averages over them are of none of these.",
            configuration->scene, label(data, *configuration));

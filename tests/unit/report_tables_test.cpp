@@ -417,20 +417,22 @@ TEST(Warnings, SeedsOfDifferentBudgetsAreTold) {
       return warning.find("different budgets") != std::string::npos;
     });
   };
-  RunLog log;
-  log.manifests = {manifest(), manifest()};
-  log.manifests[1].id = "n";
-  log.manifests[1].experiment_hash = "other";
-  const auto add = [&](std::uint64_t seed, int checkpoints, const char* manifest) {
-    add_cell(log, "room", {.checkpoints = checkpoints}, seed);
-    for (CheckpointRecord& record : log.checkpoints)
-      if (record.cell.seed == seed) record.manifest = manifest;
+  const auto log_of = [](std::initializer_list<std::pair<int, const char*>> runs) {  // checkpoints, manifest
+    RunLog log;
+    log.manifests = {manifest(), manifest()};
+    log.manifests[1].id = "n";
+    log.manifests[1].experiment_hash = "other";
+    std::uint64_t seed = 0;
+    for (const auto& [checkpoints, manifest] : runs) {
+      add_cell(log, "room", {.checkpoints = checkpoints}, ++seed);
+      for (CheckpointRecord& record : log.checkpoints)
+        if (record.cell.seed == seed) record.manifest = manifest;
+    }
+    return log;
   };
-  add(1, 4, "m");
-  add(2, 4, "n");
-  EXPECT_FALSE(told(log)) << "more seeds of one budget";
-  add(3, 6, "n");
-  EXPECT_TRUE(told(log));
+  EXPECT_FALSE(told(log_of({{4, "m"}, {4, "n"}}))) << "more seeds of one budget";
+  EXPECT_TRUE(told(log_of({{4, "m"}, {6, "n"}, {6, "n"}})));
+  EXPECT_FALSE(told(log_of({{4, "m"}, {6, "m"}, {5, "n"}, {7, "n"}}))) << "an error ends each seed elsewhere";
 }
 
 TEST(Warnings, TimesOfDifferentInstructionSetsAreTold) {
