@@ -179,7 +179,7 @@ std::vector<std::string> precision_warnings(const Scene& scene) {
                     largest.clearance(), largest.extent, std::ranges::min(largest.smaller)));
   if (flatness_of_round < flattest)
     warnings.push_back(
-        fmt::format("an instance makes a sphere or cylinder {:.2g} times as thin as wide, which is less than rays tell: its "
+        fmt::format("an instance makes a sphere or cylinder {:.2g} times as thick as wide, which is less than rays tell: its "
                     "light is wrong. Use a mesh, or a disk",
                     flatness_of_round));
   if (const float extent = all.empty() ? 0 : max_component(all.diagonal()); extent > 0 && extent < smallest_scene)

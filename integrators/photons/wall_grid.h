@@ -11,7 +11,8 @@
 // scene's bounds lists for each cell the sheets of surface (planes and spheres) within the radius of it. Where there is one, it
 // is the point's own; the side test decides on a plane and inside of a sphere. Where there are a few, a way whose ends lie on
 // the same side of each, or that passes beside what lies on it, cannot be blocked. Where there are more, as on curved meshes
-// that are coarse against the radius, every way is traced. Smooth glass without a tint is no wall.
+// that are coarse against the radius, every way is traced. Smooth glass without a tint is no wall, nor is a sphere to a way
+// whose ends both lie outside: across one that is smaller than the kernel light is blurred.
 //
 // What the test costs in accuracy: light that reaches the photon but, for want of a way, not the point is no longer blurred
 // across the edge of a shadow within the radius; like all blur by the kernel it vanishes with the radius.

@@ -243,7 +243,7 @@ Shape ")" + shape + "\"\nObjectEnd\n" + transform +
   const std::vector<std::string> warnings = warnings_by("Rotate 40 1 2 3 Scale 1 1e-6 1", "sphere");
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0],
-            "an instance makes a sphere or cylinder 1e-06 times as thin as wide, which is less than rays tell: its light is "
+            "an instance makes a sphere or cylinder 1e-06 times as thick as wide, which is less than rays tell: its light is "
             "wrong. Use a mesh, or a disk");
 }
 
