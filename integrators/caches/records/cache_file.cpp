@@ -120,11 +120,17 @@ std::string FileCache::save(const RenderContext& context) const {
 
 void FileCache::load(const RenderContext& context, std::string_view bytes, const Location& where) {
   const CacheFile file = open_cache_file(bytes, where);
+  Identity own = identity();
+  CausticMap* const map = caustic_map();
   const auto decided = file.key.params.find("caustic_map");
-  if (CausticMap* map = caustic_map(); map && *map == CausticMap::where_needed && decided != file.key.params.end())
-    *map = decided->second == name_of(CausticMap::on) ? CausticMap::on : CausticMap::off;
-  const Identity own = identity();
+  const bool adopts = map && *map == CausticMap::where_needed && decided != file.key.params.end();
+  if (adopts) own.params["caustic_map"] = decided->second;
   check_cache_key(file.key, key(context, own), own.free, where);
+  if (adopts) {
+    *map = decided->second == name_of(CausticMap::on) ? CausticMap::on : CausticMap::off;
+    if (*map == CausticMap::off && own.params.at("caustic_photons") != "0")
+      throw Error(where, "made without a caustic map, for which caustic_photons asks");
+  }
   ByteReader body(file.body, where);
   read(context, body);
   if (!body.left().empty()) body.refuse("bytes are left over");

@@ -30,13 +30,14 @@ bool is_valid(const IrradianceEstimate& mean) {
 }
 
 void CacheStanding::write(ByteWriter& out, float accuracy) const {
-  out.add(view_), out.add(key_salt_), out.add(rounds_), out.add(stage_), out.add(accuracy);
+  out.add(view_), out.add(key_salt_), out.add(rounds_), out.add(stage_), out.add(spacing_), out.add(accuracy);
 }
 
 void CacheStanding::read(ByteReader& in) {
-  in.take(view_), in.take(key_salt_), in.take(rounds_), in.take(stage_), in.take(accuracy_);
+  in.take(view_), in.take(key_salt_), in.take(rounds_), in.take(stage_), in.take(spacing_), in.take(accuracy_);
   if (!(accuracy_ > 0) || !std::isfinite(accuracy_)) in.refuse("its accuracy is no positive number");
-  if (rounds_ > SampleShares::most_first || stage_ > SampleShares::most_first) in.refuse("more iterations than can be");
+  if (rounds_ > SampleShares::most_first || stage_ > SampleShares::most_first || spacing_ > stage_)
+    in.refuse("more iterations than can be");
   loaded_ = true;
 }
 
@@ -48,14 +49,12 @@ void CacheStanding::begin(const RenderContext& context, bool has_overture) {
   first_round_ = rounds_;
   cut_short_ = loaded_ && !has_overture && stage_ < CacheProgress::overture_stages;
   if (!has_overture) stage_ = std::max(stage_, CacheProgress::overture_stages);
-  spacing_ = stage_;
+  if (!loaded_) spacing_ = stage_;
 }
 
 float CacheStanding::accuracy_wanted(const CacheProgress& progress) {
   if (!progress.refines) return std::min(accuracy_, progress.accuracy);
-  std::uint32_t spacing = 0;
-  while (spacing < stage_ && progress.accuracy_at(spacing) > accuracy_) ++spacing;
-  spacing_ = !cut_short_ && progress.accuracy_at(spacing) == accuracy_ ? spacing : stage_;
+  if (cut_short_ || progress.accuracy_at(spacing_) != accuracy_) spacing_ = stage_;
   return progress.accuracy_at(spacing_);
 }
 
