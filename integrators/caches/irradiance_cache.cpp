@@ -75,14 +75,15 @@ class IrradianceCache final : public RecordCache {
 };
 
 void IrradianceCache::prepare(RenderContext& context) {
+  by_closed_form_ = params_.fill == RecordFill::closed_form;
+  const bool holds_all = by_closed_form_ || params_.fill == RecordFill::exact_values;
+  if (!holds_all) decide_caustic_map(context, params_, enough_hits_of_records);
   context.choose_lights_by(params_.lights);
   std::optional<PhaseTimes::Scope> timed(std::in_place, context.phases, "initial_pass");
   max_depth_ = context.max_depth(params_.max_depth);
   // Direct light takes one scattering event, indirect light two at least.
   cached_below_ = max_depth_ - (params_.cache_direct ? 0 : 1);
   CacheSettings settings = cache_settings(params_, params_.structure);
-  by_closed_form_ = params_.fill == RecordFill::closed_form;
-  const bool holds_all = by_closed_form_ || params_.fill == RecordFill::exact_values;
   if (holds_all) fill_by_closed_form(context, settings);
   if (params_.refine && params_.records == 0) settings.overlap = CacheProgress::overlap;
   if (params_.records > 0 || by_closed_form_) settings.stretch = gap_stretch;
@@ -98,9 +99,7 @@ void IrradianceCache::prepare(RenderContext& context) {
   if (rough_) rough_->prepare(context, cached_below_, shares_levels());
   if (rough_ && !rough_->active()) rough_.reset();
   timed.reset();
-  const bool maps_caustics = !holds_all && wants_caustic_map(context, params_, enough_hits_of_records);
-  params_.caustic_map = maps_caustics ? CausticMap::on : CausticMap::off;
-  if (maps_caustics) {
+  if (params_.caustic_map == CausticMap::on) {
     const float narrow = rough_ ? rough_->narrowest() : infinity;
     caustics_ = std::make_unique<CausticLight>(context, params_.caustic_photons, max_depth_, sampler_, narrow);
     caustics_->trace(context, round_of(0));

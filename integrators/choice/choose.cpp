@@ -192,12 +192,12 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
     return param != params.end() && to_text(param->second) == value;
   };
   if (is_among(by_light_paths) || (is_among(by_photons) && (!params.contains("emission") || is_set("emission", "power")))) {
-    const double seen = run_pilot(context).photons_seen;
-    if (!(seen > 0 && seen < few_photons)) return "";
-    return fmt::format(
-        "{}: one photon in {:.0f} lands where the camera sees it, too few for light and shadow of what is small; {}", method,
-        1 / seen,
-        is_among(by_photons) ? "emission = \"visibility\" may guide them there, and bdpt needs none" : "bdpt needs none");
+    const PilotFindings found = run_pilot(context);
+    if (context.lights.empty() || found.surface == 0 || found.photons_seen >= few_photons) return "";
+    const std::string share = found.photons_seen > 0 ? fmt::format("one photon in {:.0f} lands", 1 / found.photons_seen)
+                                                     : "no photon of a pilot lands";
+    return fmt::format("{}: {} where the camera sees it, too few for light and shadow of what is small; {}bdpt needs none",
+                       method, share, is_among(by_photons) ? "emission = \"visibility\" may guide them there, and " : "");
   }
   const bool without = is_among(by_map) && is_set("caustic_map", name_of(CausticMap::off));
   if (!context.needs.caustic_map || !(is_among(by_chance) || without)) return "";
@@ -227,8 +227,7 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
   if (share < fewest) return "";
   return fmt::format(
       "{} of what is seen are surfaces less than 1 % of the scene's size apart of which one lets a part of the light through: "
-      "{} "
-      "may take light on one for light on the other; path keeps them apart",
+      "{} may take light on one for light on the other; path keeps them apart",
       percent(share), method);
 }
 

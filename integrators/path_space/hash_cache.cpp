@@ -69,14 +69,13 @@ class HashCache final : public Integrator, public FileCache {
   explicit HashCache(const HashCacheParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
+    decide_caustic_map(context, params_, enough_hits_of_cells);
     context.choose_lights_by(params_.lights);
     max_depth_ = context.max_depth(params_.max_depth);
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);
     first_ = samples_;
-    const bool maps_caustics = wants_caustic_map(context, params_, enough_hits_of_cells);
-    params_.caustic_map = maps_caustics ? CausticMap::on : CausticMap::off;
-    if (maps_caustics)
+    if (params_.caustic_map == CausticMap::on)
       caustics_ = std::make_unique<CausticLight>(context, params_.caustic_photons, max_depth_, params_.sampler);
     pixels_.resize(path_tile_count(size));
     values_.resize(pixels_.size());

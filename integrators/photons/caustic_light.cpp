@@ -11,14 +11,14 @@ namespace {
 
 // Photons are new in every iteration, whose noise is small beside that of the paths by a few of them already: fewer than a map
 // that stays has make less blur, and gathers that take less time.
-constexpr int nearest_photons = 10, photons_a_pixel = 3, fewest_photons = 20000;
+constexpr int nearest_photons = 10, fewest_a_pass = 20000;
 
 PhotonMapsParams maps_of(int caustic_photons, ivec2 resolution) {
-  const double wanted = static_cast<double>(photons_a_pixel) * resolution.x * resolution.y;
+  const double wanted = static_cast<double>(caustic_photons_a_pixel) * resolution.x * resolution.y;
   PhotonMapsParams maps;
   maps.photons = 1;  // there is no global map
   maps.caustic_photons =
-      caustic_photons > 0 ? caustic_photons : static_cast<int>(std::clamp(wanted, double{fewest_photons}, 2e9));
+      caustic_photons > 0 ? caustic_photons : static_cast<int>(std::clamp(wanted, double{fewest_a_pass}, 2e9));
   maps.caustic_map = CausticMap::on;
   maps.k = nearest_photons;
   maps.carry_below = 0;  // all but delta lobes are gathered at

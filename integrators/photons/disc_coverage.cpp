@@ -8,7 +8,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double least_share = 0.01;
+constexpr double least_covered = 0.01;
 constexpr float missing = 0.5f;  // of a probe: on surfaces that curve away they are somewhat off 1
 constexpr std::uint32_t never = std::numeric_limits<std::uint32_t>::max();
 constexpr int most_passed = 8;  // sheets of glass above a surface that holds photons
@@ -163,7 +163,7 @@ void DiscCoverage::trace_together(const RenderContext& context, const PhotonMap&
 
 double DiscCoverage::correction(std::size_t slot) const {
   const Slot& s = slots_[slot];
-  return s.whole > 0 ? s.whole / std::max(s.covered, least_share * s.whole) : 1;
+  return s.whole > 0 ? s.whole / std::max(s.covered, least_covered * s.whole) : 1;
 }
 
 }  // namespace etendue

@@ -8,9 +8,8 @@ namespace etendue {
 namespace {
 
 constexpr int fewest_photons = 200000;  // by default
-// Of caustic photons that are new in every iteration: those of the first one, the iterations until there are all, and the
-// least part of the disc over k of them that counts.
-constexpr int photons_a_pixel = 3;
+// Of caustic photons that are new in every iteration: the iterations until there are all, and the least part of the disc over k
+// of them that counts.
 constexpr double growing_passes = 16;
 constexpr float least_share = 0.2f;
 constexpr float least_caustic_share = 0.1f;
@@ -150,7 +149,7 @@ void PhotonMaps::precompute(const RenderContext& context, PhotonPass pass) {
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {
   if (!separate_caustics_) return;
   if (use_.new_caustics && params_.caustic_photons == 0) {
-    const double first = photons_a_pixel * static_cast<double>(context.resolution.x) * context.resolution.y;
+    const double first = caustic_photons_a_pixel * static_cast<double>(context.resolution.x) * context.resolution.y;
     const double grown = std::min(1.0, pass / growing_passes);
     caustics_traced_ =
         static_cast<int>(std::min<double>(caustic_photons_, glm::mix(first, static_cast<double>(caustic_photons_), grown)));

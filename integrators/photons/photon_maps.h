@@ -30,6 +30,9 @@ namespace etendue {
 enum class CausticMap : std::uint8_t { where_needed, on, off };
 constexpr auto names_of(CausticMap) { return std::array{"auto", "on", "off"}; }
 
+// Caustic photons that are new in every iteration: so many of the first for each pixel.
+inline constexpr int caustic_photons_a_pixel = 3;
+
 struct PhotonMapsParams {
   int photons = 200000;
   int caustic_photons = 0;

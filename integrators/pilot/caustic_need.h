@@ -16,8 +16,8 @@ inline constexpr double enough_hits_of_records = 4.0 / 256, enough_hits_of_cells
 
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits);
 
-// Does a method with these parameters take a map? `auto` is decided by a pilot where the scene's needs do not tell, which has a
-// seed of its own, so that images of all seeds decide alike.
-bool wants_caustic_map(const RenderContext& context, const CausticParams& params, double enough_hits);
+// `auto` becomes on or off, by a pilot where the scene's needs do not tell. That has a seed of its own, so that images of all
+// seeds decide alike, and leaves another choice of lights behind: a method makes its own after it.
+void decide_caustic_map(RenderContext& context, CausticParams& params, double enough_hits);
 
 }  // namespace etendue

@@ -280,6 +280,29 @@ TEST(LightTree, SameBitsAtAnyThreadCount) {
     testing::expect_same_bits_at_any_thread_count(load_scene("builtin:many-lights?lights=40"), method, small(2, {}));
 }
 
+// The pilot by which caches decide on a caustic map makes choices of its own, which must not take the place of theirs.
+TEST(LightTree, EveryChoiceChangesTheImageOfCachesBesideGlass) {
+  SceneBuilder b("lamps and a glass ball");
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.6f)}));
+  b.quadric(Sphere{{0, 0.5f, 0}, 0.4f}, b.material(Dielectric{.eta = 1.5f}));
+  const auto black = b.material(Diffuse{Rgb(0)});
+  for (int i = 0; i < 9; ++i) {
+    const auto k = static_cast<float>(i);
+    b.quadric(Sphere{{0.4f * k - 1.6f, 1.5f, 0.2f * k - 1}, 0.1f}, black, Rgb(5 + 3 * k));
+  }
+  b.camera({0, 1.6f, 4.5f}, {0, 0.5f, 0}, 42, {16, 16});
+  const Scene scene = b.finish();
+  for (const char* method : {"irradiance-cache", "radiance-cache", "hash-cache"}) {
+    std::set<std::uint64_t> hashes;
+    for (const char* lights : {"tree", "power", "uniform"}) {
+      ParamMap with{{"lights", {std::string(lights), {}}}};
+      if (method != std::string("hash-cache")) with["samples"] = {std::int64_t{8}, {}};
+      hashes.insert(render(scene, method, small(1, with)).hash);
+    }
+    EXPECT_EQ(hashes.size(), 3u) << method;
+  }
+}
+
 TEST(LightTree, EveryChoiceChangesTheImage) {
   const Scene scene = load_scene("builtin:many-lights?lights=9");
   const std::pair<const char*, ParamMap> methods[] = {{"path", {}},

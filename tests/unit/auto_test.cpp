@@ -132,8 +132,10 @@ TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
 
 TEST(CausticNeed, IsThereWherePathsMeetTheLightTooSeldom) {
   const auto wanted = [](const char* name, double enough_hits) {
-    const SceneContext stage(load_scene(name), {64, 64}, 1);
-    return wants_caustic_map(stage.context, {}, enough_hits);
+    SceneContext stage(load_scene(name), {64, 64}, 1);
+    CausticParams params;
+    decide_caustic_map(stage.context, params, enough_hits);
+    return params.caustic_map == CausticMap::on;
   };
   for (const double enough : {enough_hits_of_records, enough_hits_of_cells}) {
     for (const char* scene : {"builtin:cornell-spheres", "builtin:glass-caustic", "builtin:slit-light", "builtin:veiled-lamp",
@@ -217,7 +219,7 @@ TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
       EXPECT_GT(findings.path_error, 0);
       EXPECT_EQ(choose_method(stage.context, findings).name, "cppm") << static_cast<int>(dim) << ' ' << findings.caustic_hits;
       EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it"), std::string::npos) << static_cast<int>(dim);
-      EXPECT_TRUE(wants_caustic_map(stage.context, {}, enough_hits_of_records)) << static_cast<int>(dim);
+      EXPECT_TRUE(caustics_need_photons(stage.context, findings, enough_hits_of_records)) << static_cast<int>(dim);
     });
   }
 }

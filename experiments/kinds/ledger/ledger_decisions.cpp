@@ -33,7 +33,9 @@ auto on_stage(const DecisionPlace& place, const Decide& decide) {
 }
 
 MadeDecision caustic_map(const DecisionPlace& place, double enough_hits) {
-  const bool on = on_stage(place, [&](const RenderContext& context) { return wants_caustic_map(context, {}, enough_hits); });
+  CausticParams params;
+  on_stage(place, [&](RenderContext& context) { decide_caustic_map(context, params, enough_hits); });
+  const bool on = params.caustic_map == CausticMap::on;
   const bool met = !on && place.needs.caustic_map;
   return {on, met ? "paths meet the light behind specular surfaces" : reason(place, "caustic photon map")};
 }
