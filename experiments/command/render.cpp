@@ -114,6 +114,7 @@ void run_at_terminal(CellTask task, Rendering& r, Console& console) {
     if (preview) preview->finish(result.image);
   };
   task.stop = interrupted;
+  task.looks_for_left_out = true;
   note_interrupt("\ninterrupted: the image is written after this iteration; again to leave without it\n",
                  "\nno image is written\n");
   r.result = run_cell(task);

@@ -130,15 +130,20 @@ class CellRunner {
     result_.image_hash = hash_of(result_.image);
     result_.non_finite = film_.non_finite();
     if (task_.finished) task_.finished(*integrator, context, result_);
-    const std::string& method = result_.chosen ? result_.chosen->name : task_.integrator.name;
-    if (!result_.chosen) result_.out_of_reach = light_out_of_reach(context, method, task_.integrator.params);
-    if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && result_.out_of_reach.empty())
-      result_.out_of_reach = fmt::format("{}: {}", method, left_out);
-    if (result_.out_of_reach.empty()) result_.out_of_reach = surfaces_mixed(context, method);
+    if (task_.looks_for_left_out) look_for_left_out(context);
     return std::move(result_);
   }
 
  private:
+  void look_for_left_out(const RenderContext& context) {
+    const std::string& method = result_.chosen ? result_.chosen->name : task_.integrator.name;
+    std::string& told = result_.out_of_reach;
+    if (!result_.chosen) told = light_out_of_reach(context, method, task_.integrator.params);
+    if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && told.empty())
+      told = fmt::format("{}: {}", method, left_out);
+    if (told.empty()) told = surfaces_mixed(context, method);
+  }
+
   Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }
 
   // The one asked for; in the place of `auto` the one that suits the rays that the budget lets a method trace.

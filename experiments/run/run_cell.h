@@ -44,7 +44,8 @@ struct CellTask {
   // Called before `progress`, off the clock. Where given, one ray in 256 is counted.
   std::function<void(const LiveFigures& figures)> live = {};
   std::function<void(const Film& film)> preview = {};  // called with `progress`, off the clock
-  Tile window = {};  // the part of the image that is wanted, in pixels; empty: all. Metrics take the whole
+  Tile window = {};                 // the part of the image that is wanted, in pixels; empty: all. Metrics take the whole
+  bool looks_for_left_out = false;  // light that the method leaves out, in the end, off the clock: often a pilot
 };
 
 struct CellResult {

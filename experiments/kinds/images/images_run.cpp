@@ -261,6 +261,7 @@ class Execution {
                   [&](std::uint64_t iterations, double time_s) {
                     observer_.cell_progress(budget.progress(iterations, time_s, error), iterations, time_s);
                   }};
+    task.looks_for_left_out = true;
     task.confidence = config_.confidence && loaded.scene.closed_form.has_value();
     if (observer_.watches())
       task.live = [&](const LiveFigures& figures) {
