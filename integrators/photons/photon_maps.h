@@ -12,7 +12,7 @@
 // The pilot's photons are the first map of methods whose map grows. A cache's caustic map that is new in every iteration grows,
 // too, lest small images and short runs wait for it. Of fewer photons an inner part of the disc over k of them counts, so that
 // kernels are no wider (but in small images, for the first iterations), and iterations average the noise. Kernels over fewer
-// than k would take less time, and make too little of light of low discrepancy: 2 % with 10 (`builtin:water`).
+// than k would take less time, and make too little of light of low discrepancy.
 //
 // With an emission other than by power, camera paths (and gather rays) mark where each map will be looked up: within twice the
 // radius that k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no

@@ -86,6 +86,7 @@ TEST(PhotonCache, AMapThatGrowsHasTheSameBitsAtAnyThreadCount) {
   testing::expect_same_bits_at_any_thread_count(scene, "photon-cache", options);
 }
 
+// With the blur of its first 50,000 photons left in records it would err as much as a map of no more.
 TEST(PhotonCache, AMapThatHasGrownLeavesNoBlurInRecords) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   const auto error = [&](std::int64_t photons) {
@@ -95,7 +96,7 @@ TEST(PhotonCache, AMapThatHasGrownLeavesNoBlurInRecords) {
     EXPECT_GT(photons_emitted(), static_cast<std::uint64_t>(photons)) << "it has grown";
     return found;
   };
-  EXPECT_LT(error(200000), error(20000));
+  EXPECT_LT(error(200000), error(50000));
 }
 
 TEST(PhotonCache, NewCausticPhotonsFollowPixelsAndIterations) {

@@ -201,26 +201,21 @@ TEST(PbrtTextureFields, WhatDependsOnThePlaceIsBakedIntoAnAtlas) {
       "Texture \"t\" \"color\" \"checkerboard\" \"string mapping\" \"spherical\" Material \"matte\" \"texture Kd\" \"t\" Shape "
       "\"sphere\"";
   EXPECT_TRUE(object_of(world(spherical)).geometry.quadrics.empty()) << "a mesh, for its texture's sake";
-  const auto height = [](const std::string& film) {
-    const Scene scene = parse_pbrt(
-        film +
-            " WorldBegin Texture \"t\" \"spectrum\" \"checkerboard\" \"string mapping\" \"cylindrical\" "
-            "Material \"matte\" \"texture Kd\" \"t\" Shape \"trianglemesh\" \"point3 P\" [2 2 1.5  2 2.1 1.5  2.1 2 1.5]",
-        "s.pbrt");
+  const auto colour = [](const std::string& film, const std::string& checks, const std::string& corners) {
+    const Scene scene =
+        parse_pbrt(film + " WorldBegin " + checks +
+                       " Material \"matte\" \"texture Kd\" \"t\" Shape \"trianglemesh\" \"point3 P\" [" + corners + "]",
+                   "s.pbrt");
     return reflectance_at(scene, scene.objects[0].uvs.at(0)).x;
   };
-  EXPECT_NEAR(height(""), 0, 1e-3f) << "version 4 takes z as it is, 1.5";
-  EXPECT_NEAR(height("Film \"image\""), 1, 1e-3f) << "version 3 that of the direction, 0.5";
-  const auto first_colour = [](const std::string& film) {
-    const Scene scene = parse_pbrt(
-        film +
-            " WorldBegin Scale 2 2 2 Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 Identity "
-            "Material \"matte\" \"texture Kd\" \"t\" Shape \"trianglemesh\" \"point3 P\" [.7 .2 .2  .8 .2 .2  .7 .3 .2]",
-        "s.pbrt");
-    return reflectance_at(scene, scene.objects[0].uvs.at(0)).x;
-  };
-  EXPECT_NEAR(first_colour(""), 1, 1e-3f) << "x is 0.35 in the texture's space";
-  EXPECT_NEAR(first_colour("Film \"image\""), 0, 1e-3f) << "version 3 takes it as 1.4";
+  const std::string version3 = "Film \"image\"", checks = "Texture \"t\" \"spectrum\" \"checkerboard\" ";
+  const std::string round = checks + "\"string mapping\" \"cylindrical\"", high = "2 2 1.5  2 2.1 1.5  2.1 2 1.5";
+  EXPECT_NEAR(colour("", round, high), 0, 1e-3f) << "version 4 takes z as it is, 1.5";
+  EXPECT_NEAR(colour(version3, round, high), 1, 1e-3f) << "version 3 that of the direction, 0.5";
+  const std::string solid3d = "Scale 2 2 2 " + checks + "\"integer dimension\" 3 Identity",
+                    near = ".7 .2 .2  .8 .2 .2  .7 .3 .2";
+  EXPECT_NEAR(colour("", solid3d, near), 1, 1e-3f) << "x is 0.35 in the texture's space";
+  EXPECT_NEAR(colour(version3, solid3d, near), 0, 1e-3f) << "version 3 takes it as 1.4";
   for (const char* solid :
        {"fbm", "wrinkled", "windy", "marble", "checkerboard\" \"integer dimension\" 3 \"string aamode\" \"none"})
     EXPECT_EQ(world("Texture \"t\" \"color\" \"" + std::string(solid) + "\" Material \"matte\" \"texture Kd\" \"t\" " + plane)

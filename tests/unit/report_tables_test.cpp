@@ -111,7 +111,7 @@ TEST(ReportData, MeasuredRateIsTheDeclaredOne) {
   EXPECT_EQ(path->last_iteration, 128);
 }
 
-// The same curves, of which the better one ended sooner.
+// The curves are the same, and the better one ends sooner.
 TEST(ReportData, NobodyLeadsWhereOthersHaveEnded) {
   RunLog log;
   add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);        // until 12.8 s

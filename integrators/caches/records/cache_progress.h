@@ -65,7 +65,7 @@ struct EffortSplit {
   static constexpr double photon_work = 5, caustic_photon_work = 3;  // of one that is emitted, its part of the map included
 
   static constexpr double least_share = 0.125;  // of the samples' work, whatever records state: they may have missed all light
-  static constexpr double worth_neighbours = 0.25;  // c; a quarter of it changes keyhole's error by 8 % at most
+  static constexpr double worth_neighbours = 0.25;  // c
 
   double record_work = 0, sample_work = 0;    // in camera samples
   double record_error = 0, sample_error = 0;  // relative mean squares
