@@ -118,9 +118,7 @@ std::string format_short(double value) {
   return digits + text.substr(end);
 }
 
-std::string format_factor(double factor) {
-  return factor < 100 ? fmt::format("{:.2f}", factor) : fmt::format("{:.1e}", factor);
-}
+std::string format_factor(double factor) { return factor < 100 ? fmt::format("{:.2f}", factor) : format_figure(factor, 2); }
 
 std::string format_interval(double low, double high) {
   return format_figure(low) + (low < 0 ? " to " : "–") + format_figure(high);

@@ -14,7 +14,7 @@ std::string format_figure(double value, int digits);
 inline std::string format_figure(double value) { return format_figure(value, 3); }
 // Writes the same without trailing zeros, for figures that people chose: "0.005", "-1".
 std::string format_short(double value);
-std::string format_factor(double factor);              // "1.23", from a hundred on "1.2e+02"
+std::string format_factor(double factor);              // "1.23", from a hundred on "123"
 std::string format_interval(double low, double high);  // "1.1–1.4"; "-0.1 to 0.2" where a sign would look like the dash
 
 std::string counted(std::size_t count, std::string_view what);  // "1 seed", "3 seeds"

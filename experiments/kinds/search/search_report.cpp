@@ -75,7 +75,7 @@ Chart leader_map(const RunLog& log, const std::vector<const SearchPlot*>& plots)
 }
 
 std::string at_text(const SearchPlot& plot) {
-  return plot.count > 0 ? fmt::format(" ({:g} {})", plot.count, plot.kind) : std::string();
+  return plot.count > 0 ? fmt::format(" ({} {})", format_count(plot.count), plot.kind) : std::string();
 }
 
 // What was measured of structures, in the order of the table's columns.
@@ -336,7 +336,7 @@ Table search_crossovers_table(const RunLog& log) {
   table.column("abscissa", "over", [](const Row& row) { return abscissa_title(*row.plot) + at_text(*row.plot); });
   table.column("overtaken", "overtaken", [](const Row& row) { return row.crossover.overtaken; });
   table.column("overtaking", "by", [](const Row& row) { return row.crossover.overtaking; });
-  table.column("at", "at", [](const Row& row) { return TableCell(row.crossover.at, fmt::format("{:.2g}", row.crossover.at)); });
+  table.column("at", "at", [](const Row& row) { return TableCell(row.crossover.at, format_figure(row.crossover.at, 2)); });
   table.column("lead", "takes the lead", [&](const Row& row) { return yes_or_no(row.crossover.lead); });
   table.column("clear", "beyond the spread", [&](const Row& row) { return yes_or_no(row.crossover.clear); });
   table.note(
