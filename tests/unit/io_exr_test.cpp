@@ -30,7 +30,8 @@ struct Channel {
 };
 
 // An uncompressed scan-line file written by hand: value 1 in the first channel, 0.5 (or 2, for whole numbers) in the others.
-std::string plain_exr(const std::vector<Channel>& channels, ivec2 origin, ivec2 size) {
+std::string plain_exr(const std::vector<Channel>& channels, ivec2 origin, ivec2 size,
+                      const std::vector<float>& chromaticities = {}) {
   const auto attribute = [](const std::string& name, const std::string& type, const std::string& value) {
     return name + '\0' + type + '\0' + raw(static_cast<std::int32_t>(value.size())) + value;
   };
@@ -50,6 +51,12 @@ std::string plain_exr(const std::vector<Channel>& channels, ivec2 origin, ivec2 
                      attribute("pixelAspectRatio", "float", raw(1.0f)) +
                      attribute("screenWindowCenter", "v2f", raw(0.0f) + raw(0.0f)) +
                      attribute("screenWindowWidth", "float", raw(1.0f)) + '\0';
+  if (!chromaticities.empty()) {
+    std::string values;
+    for (const float value : chromaticities) values += raw(value);
+    file.pop_back();
+    file += attribute("chromaticities", "chromaticities", values) + '\0';
+  }
   const std::uint64_t data = file.size() + 8 * static_cast<std::uint64_t>(size.y), chunk = 8 + line.size();
   for (int y = 0; y < size.y; ++y) file += raw(data + chunk * static_cast<std::uint64_t>(y));
   for (int y = 0; y < size.y; ++y) file += raw(origin.y + y) + raw(static_cast<std::int32_t>(line.size())) + line;
@@ -141,6 +148,26 @@ TEST(Exr, OtherPixelTypesAreConverted) {
   EXPECT_EQ(read({{"A", H}, {"B", F}, {"G", U}, {"R", H}, {"Z", F}}, {0, 0}).at(1, 0), dvec3(0.5, 2, 0.5));
   EXPECT_EQ(read({{"Y", H}}, {0, 0}).at(2, 1), dvec3(1, 1, 1));
   EXPECT_EQ(read({{"B", F}, {"G", F}, {"R", F}}, {-5, 100}).at(0, 1), dvec3(0.5, 0.5, 1)) << "a window that is off the origin";
+}
+
+// The matrix from Rec. 2020 has 1.6605 -0.5876 -0.0728, -0.1246 1.1329 -0.0083 and -0.0182 -0.1006 1.1187 as its rows.
+TEST(Exr, ColoursOfOtherPrimariesBecomeSrgb) {
+  const auto read = [](const std::vector<std::string>& names, const std::vector<float>& chromaticities) {
+    std::vector<Channel> channels;
+    for (const std::string& name : names) channels.push_back({name, PixelType::single});
+    return parse_exr(plain_exr(channels, {0, 0}, {1, 1}, chromaticities), "a.exr").at(0, 0);
+  };
+  const auto expect_colour = [](const dvec3& a, const dvec3& b) {
+    EXPECT_LT(glm::length(a - b), 1e-3) << a.x << ' ' << a.y << ' ' << a.z;
+  };
+  const std::vector<std::string> rgb{"B", "G", "R"};  // 1, 0.5, 0.5
+  const std::vector<float> rec709{0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f},
+      rec2020{0.708f, 0.292f, 0.17f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.329f};
+  EXPECT_EQ(read(rgb, rec709), dvec3(0.5, 0.5, 1)) << "to the bit";
+  expect_colour(read(rgb, rec2020), {0.4637, 0.4959, 1.0593});
+  EXPECT_EQ(read({"Y"}, rec2020), dvec3(1));
+  expect_colour(read({"X", "Y", "Z"}, {}), {2.2226, -0.0105, 0.4823});
+  EXPECT_ERROR(read(rgb, std::vector<float>(8, 0.0f)), "hromaticities");
 }
 
 TEST(Exr, UnfitFilesAreErrors) {

@@ -5,16 +5,20 @@
 #include "framework/core/memory.h"
 #include "framework/io/text.h"
 
+#include <ImathMatrix.h>
 #include <ImfChannelList.h>
+#include <ImfChromaticities.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -25,7 +29,7 @@ namespace etendue {
 
 namespace {
 
-constexpr std::array<const char*, 3> rgb_names{"R", "G", "B"};
+constexpr std::array<const char*, 3> rgb_names{"R", "G", "B"}, xyz_names{"X", "Y", "Z"};
 constexpr int most_pixels_across = 65536;
 
 std::string channel_names(const Imf::ChannelList& channels) {
@@ -34,21 +38,43 @@ std::string channel_names(const Imf::ChannelList& channels) {
   return names.empty() ? "none" : names;
 }
 
-// The channels that make R, G and B: themselves, or Y three times.
+// The channels that make R, G and B: themselves, X, Y and Z, or Y three times.
 std::array<const char*, 3> find_channels(const Imf::ChannelList& channels, bool alpha) {
-  const bool has_rgb = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
+  const auto has = [&](const auto& names) {
+    return std::ranges::all_of(names, [&](const char* name) { return channels.findChannel(name) != nullptr; });
+  };
+  const bool has_rgb = has(rgb_names);
   if (!has_rgb && !channels.findChannel("Y"))
     throw Error("expected channels R, G and B, or Y; found " + channel_names(channels));
   if (!has_rgb && (channels.findChannel("RY") || channels.findChannel("BY")))
     throw Error("luminance and chroma, " + channel_names(channels) + "; expected channels R, G and B, or Y alone");
   std::array<const char*, 3> found{"Y", "Y", "Y"};
   if (has_rgb) found = rgb_names;
+  if (!has_rgb && has(xyz_names)) found = xyz_names;
   if (alpha) found.fill("A");
   for (const char* name : found) {
     const Imf::Channel& channel = channels[name];
     if (channel.xSampling != 1 || channel.ySampling != 1) throw Error(fmt::format("channel {} is subsampled", name));
   }
   return found;
+}
+
+// What makes linear sRGB of colours that are X, Y and Z or have primaries of their own, row vectors on its left; none where
+// they are sRGB's. A white of its own stays as it is: nothing adapts to it.
+std::optional<Imath::M44f> conversion_to_srgb(const Imf::Header& header, std::string_view first_channel) {
+  const Imf::Chromaticities srgb;
+  if (first_channel == "X") return Imf::XYZtoRGB(srgb, 1);
+  if (first_channel != "R" || !Imf::hasChromaticities(header)) return std::nullopt;
+  const Imf::Chromaticities& own = Imf::chromaticities(header);
+  const auto is_same = [](const Imath::V2f& a, const Imath::V2f& b) { return (a - b).length2() <= 1e-6f; };
+  if (is_same(own.red, srgb.red) && is_same(own.green, srgb.green) && is_same(own.blue, srgb.blue) &&
+      is_same(own.white, srgb.white))
+    return std::nullopt;
+  const Imath::M44f conversion = Imf::RGBtoXYZ(own, 1) * Imf::XYZtoRGB(srgb, 1);
+  for (const auto& row : conversion.x)
+    for (const float element : row)
+      if (!std::isfinite(element)) throw Error("chromaticities that make no colours");
+  return conversion;
 }
 
 // The highest compression ratio that a codec can reach. Deflate reaches 1 : 1032; the last figure is a bound for the rest,
@@ -206,6 +232,7 @@ Image read_pixels(const std::string& name, std::string_view bytes, std::map<std:
   Imf::FrameBuffer buffer;
   constexpr std::size_t x_stride = 3 * sizeof(float);
   const std::size_t y_stride = x_stride * static_cast<std::size_t>(size.x);
+  const auto conversion = conversion_to_srgb(header, names[0]);
   const bool grey = names[0] == names[1];
   for (int i = 0; i < (grey ? 1 : 3); ++i) {
     buffer.insert(names[i], Imf::Slice::Make(Imf::FLOAT, planes.data() + i, window, x_stride, y_stride));
@@ -217,6 +244,9 @@ Image read_pixels(const std::string& name, std::string_view bytes, std::map<std:
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     const float* p = &planes[3 * i];
     image.pixels[i] = grey ? dvec3(p[0]) : dvec3(p[0], p[1], p[2]);
+    if (!conversion) continue;
+    const Imath::V3d converted = Imath::V3d(p[0], p[1], p[2]) * *conversion;
+    image.pixels[i] = {converted.x, converted.y, converted.z};
   }
   if (attributes)
     for (auto a = header.begin(); a != header.end(); ++a)
