@@ -16,6 +16,7 @@ struct TriangleMesh {
   std::vector<uvec3> triangles;
   std::vector<std::string> warnings;      // what the file holds that was left out
   std::vector<std::uint32_t> quads = {};  // of each quadrilateral of a PLY the first of its two triangles
+  bool face_normals = false;              // a serialized mesh says that it is faceted, whatever normals it has
 
   // Without texture coordinates each triangle has those of pbrt.
   vec2 uv(const uvec3& triangle, int corner) const {

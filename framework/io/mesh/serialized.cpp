@@ -148,7 +148,7 @@ TriangleMesh parse_serialized(std::string_view bytes, const std::string& name, i
     for (int corner = 0; corner < 3; ++corner)
       if (mesh.triangles[i][corner] >= vertices)
         throw Error(fmt::format("{}: triangle {} names vertex {}; there are {}", name, i, mesh.triangles[i][corner], vertices));
-  if (flags & face_normals) mesh.normals.clear();
+  mesh.face_normals = (flags & face_normals) != 0;
   return mesh;
 }
 

@@ -135,7 +135,7 @@ void MitsubaReader::place(TriangleMesh mesh, const Transform& t, ShapeLook seen,
     p = t.point(p);
     if (!within_reach(p)) throw Error(of.where(), fmt::format("{}: placed, a vertex lies beyond {:g} m", of.title(), farthest));
   }
-  if (of.boolean("face_normals", false))
+  if (of.boolean("face_normals", version0() && mesh.face_normals))  // later versions do not ask the file
     mesh.normals.clear();
   else if (mesh.normals.empty() && !outward)
     mesh.normals = smooth_normals(mesh);
