@@ -121,6 +121,12 @@ TEST(PbrtMaterials, GlassMirrorAndPlastic) {
   EXPECT_EQ(coated.reflectance.constant, Rgb(0.1f, 0.2f, 0.3f));
   EXPECT_TRUE(warns(world("Material \"plastic\""), "conserves energy"));
   EXPECT_ERROR(material_of<Plastic>("Material \"plastic\" \"rgb Ks\" [1 .5 1]"), "a coloured 'Ks': coats reflect white");
+  const auto plastic = [](const std::string& rough) {
+    return parse_pbrt("Film \"image\" WorldBegin Material \"plastic\" " + rough + triangle, "s.pbrt");
+  };
+  const Scene by_axis = plastic("\"float uroughness\" .9 \"float vroughness\" .9 ");
+  EXPECT_EQ(std::get<Plastic>(by_axis.materials.at(0)).alpha, std::get<Plastic>(plastic("").materials.at(0)).alpha);
+  EXPECT_TRUE(warns(by_axis, "'vroughness' has no effect, as in pbrt-v3, which expects 'roughness'"));
   EXPECT_ERROR(material_of<Plastic>("Material \"coateddiffuse\" \"rgb albedo\" [.5 .5 .5]"), "'albedo' is not supported");
 }
 

@@ -20,15 +20,17 @@ float version3_alpha(float roughness) {
 
 }  // namespace
 
-// `by_axis`: version 3 knows "uroughness" and "vroughness" of the material alone.
-vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis) {
-  const bool has_both = !(by_axis && version3_);
-  const float both = has_both ? number(params, "roughness", otherwise, 0, 1) : otherwise;
-  if (!has_both && params.has("roughness"))
-    warn(params.where("roughness"),
-         params.owner() + ": 'roughness' has no effect, as in pbrt-v3, which expects 'uroughness' and 'vroughness'");
-  params.ignore({"roughness"});
-  const vec2 roughness(number(params, "uroughness", both, 0, 1), number(params, "vroughness", both, 0, 1));
+vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by) {
+  const auto read = [&](const char* name, float if_not, RoughnessBy unless) {
+    if (!version3_ || by != unless) return number(params, name, if_not, 0, 1);
+    if (params.has(name))
+      warn(params.where(name), fmt::format("{}: '{}' has no effect, as in pbrt-v3, which expects {}", params.owner(), name,
+                                           by == RoughnessBy::axis ? "'uroughness' and 'vroughness'" : "'roughness'"));
+    params.ignore({name});
+    return if_not;
+  };
+  const float both = read("roughness", otherwise, RoughnessBy::axis);
+  const vec2 roughness(read("uroughness", both, RoughnessBy::one), read("vroughness", both, RoughnessBy::one));
   vec2 alpha = roughness;
   if (params.boolean("remaproughness", true))
     for (int i = 0; i < 2; ++i) alpha[i] = version3 ? version3_alpha(roughness[i]) : std::sqrt(roughness[i]);
@@ -36,8 +38,8 @@ vec2 PbrtReader::roughness_alpha(const PbrtParams& params, float otherwise, bool
   return glm::max(alpha, vec2(1e-4f));
 }
 
-float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis) {
-  const vec2 alpha = roughness_alpha(params, otherwise, version3, by_axis);
+float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by) {
+  const vec2 alpha = roughness_alpha(params, otherwise, version3, by);
   if (alpha.x != alpha.y)
     approximate(params.where(params.has("uroughness") ? "uroughness" : "vroughness"),
                 "a roughness that differs from the other: only conductors may be anisotropic",
@@ -114,7 +116,7 @@ Material PbrtReader::make_glass(const PbrtParams& params) {
   // Version 3 takes glass without roughness as smooth before it remaps.
   bool rough = !version3_ && number(params, "roughness", 0, 0, 1) > 0;
   for (const char* name : {"uroughness", "vroughness"}) rough |= number(params, name, 0, 0, 1) > 0;
-  const float alpha = isotropic_alpha(params, 0, true, true);
+  const float alpha = isotropic_alpha(params, 0, true, RoughnessBy::axis);
   glass.alpha = rough ? smooth_where_even(alpha, glass.eta) : 0;
   return glass;
 }

@@ -125,7 +125,8 @@ Material PbrtReader::make_coated(const PbrtParams& params, std::string_view base
 // reflects as much of light that comes evenly from everywhere: more than pbrt's straight on, less at the edge.
 Material PbrtReader::make_plastic(const PbrtParams& params, MaterialEntry& entry) {
   const float reflected = specular_strength(params, "Ks", 0.25f) * CoatIndex(1.5f).internal_reflectance();
-  return make_coated(params, "Kd", Rgb(0.25f), index_of_average(reflected), isotropic_alpha(params, 0.1f, true), entry);
+  return make_coated(params, "Kd", Rgb(0.25f), index_of_average(reflected),
+                     isotropic_alpha(params, 0.1f, true, RoughnessBy::one), entry);
 }
 
 // Version 3 adds a diffuse lobe, glossy and ideal reflection and ideal refraction.
@@ -168,7 +169,8 @@ Material PbrtReader::make_uber(const PbrtParams& params, MaterialEntry& entry) {
 // Version 3's Fresnel blend ([Ashikhmin2000]) as a coat that reflects Ks straight on.
 Material PbrtReader::make_substrate(const PbrtParams& params, MaterialEntry& entry) {
   const float strength = specular_strength(params, "Ks", 0.5f);
-  return make_coated(params, "Kd", Rgb(0.5f), index_of_reflectance(strength), isotropic_alpha(params, 0.1f, true, true), entry);
+  return make_coated(params, "Kd", Rgb(0.5f), index_of_reflectance(strength),
+                     isotropic_alpha(params, 0.1f, true, RoughnessBy::axis), entry);
 }
 
 // Of its lobes the one with most weight: metal, rough glass, or the diffuse one under its dielectric coat.
@@ -271,7 +273,7 @@ Material PbrtReader::make_subsurface(const PbrtParams& params, bool by_colour, M
   const std::string_view albedo = by_colour ? "Kd" : "reflectance";
   Plastic plastic;
   plastic.eta = refractive_index(params, 1.0001f);
-  plastic.alpha = isotropic_alpha(params, 0, by_colour || version3_, true);
+  plastic.alpha = isotropic_alpha(params, 0, by_colour || version3_, RoughnessBy::axis);
   plastic.reflectance = textured_colour(params, albedo, by_colour ? Rgb(0.5f) : dipole_reflectance(scattering, absorption),
                                         entry, [coat = plastic.eta](const Rgb& bare) { return albedo_under(coat, bare); });
   params.ignore({"scale", "mfp", "g", "Kr", "Kt"});

@@ -232,8 +232,10 @@ class PbrtReader {
   Material make_dielectric(const PbrtParams& params);
   Material make_plastic(const PbrtParams& params, MaterialEntry& entry);
   Material make_coated_diffuse(const PbrtParams& params, MaterialEntry& entry);
-  vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis = false);
-  float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, bool by_axis = false);
+  // Which parameters a material of version 3 knows: "roughness", "uroughness" with "vroughness", or all three.
+  enum class RoughnessBy : std::uint8_t { any, axis, one };
+  vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by = RoughnessBy::any);
+  float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by = RoughnessBy::any);
   float refractive_index(const PbrtParams& params, float least);
 
   // nearest_materials.cpp: what has no exact equal
