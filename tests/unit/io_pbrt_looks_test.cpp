@@ -45,6 +45,32 @@ TEST(PbrtMaterials, ScopesAndNames) {
   EXPECT_TRUE(std::holds_alternative<Conductor>(twice.materials.at(0)));
 }
 
+// In version 4 a name is the file's, wherever it is given.
+TEST(PbrtMaterials, NamesOfVersion3EndWithTheirBlock) {
+  const auto reflectances = [](const std::string& film) {
+    const auto named = [](const std::string& of) {
+      return "Texture \"t\" \"color\" \"constant\" \"rgb value\" " + of +
+             " MakeNamedMaterial \"m\" \"string type\" \"matte\" \"texture Kd\" \"t\" ";
+    };
+    const std::string use_material = "NamedMaterial \"m\" " + triangle,
+                      use_texture = "Material \"matte\" \"texture Kd\" \"t\" " + triangle;
+    const Scene scene =
+        parse_pbrt(film + " WorldBegin " + named("[.1 .1 .1]") + "AttributeBegin " + named("[.2 .2 .2]") + "TransformBegin " +
+                       named("[.3 .3 .3]") + "TransformEnd " + use_material + "AttributeEnd " + use_material + use_texture,
+                   "s.pbrt");
+    std::vector<float> all;
+    for (const Shape& shape : scene.objects[0].shapes)
+      all.push_back(std::get<Diffuse>(scene.materials.at(shape.material)).reflectance.constant.x);
+    return all;
+  };
+  EXPECT_EQ(reflectances("Film \"image\""), (std::vector<float>{0.3f, 0.1f, 0.1f}));
+  EXPECT_EQ(reflectances("Film \"rgb\""), (std::vector<float>{0.3f, 0.3f, 0.3f}));
+  EXPECT_ERROR(parse_pbrt("Film \"image\" WorldBegin AttributeBegin MakeNamedMaterial \"m\" \"string type\" \"matte\" "
+                          "AttributeEnd NamedMaterial \"m\"",
+                          "s.pbrt"),
+               "unknown named material 'm'");
+}
+
 TEST(PbrtMaterials, ConductorsRemapRoughnessAsTheirVersionDoes) {
   const Conductor smooth = material_of<Conductor>("Material \"conductor\"");
   EXPECT_EQ(smooth.alpha, vec2(0));

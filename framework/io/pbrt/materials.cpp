@@ -218,10 +218,9 @@ void PbrtReader::make_named_material(PbrtLexer& lexer, const Token& token) {
   const std::string name = expect_string(lexer, "MakeNamedMaterial");
   PbrtParams params(lexer, titled(token.text, name), where);
   params.add_defaults(attributes_.defaults["material"]);
-  if (named_materials_.contains(name)) warn(where, fmt::format("material '{}' is defined twice; the last one counts", name));
   if (!params.has("type")) params.fail("type", "is missing: the kind of material");
   materials_.push_back(make_material(params.string("type", ""), params));
-  named_materials_.insert_or_assign(name, static_cast<std::uint32_t>(materials_.size() - 1));
+  define(named_materials_, name, static_cast<std::uint32_t>(materials_.size() - 1), where, fmt::format("material '{}'", name));
 }
 
 void PbrtReader::named_material(PbrtLexer& lexer, const Token&) {

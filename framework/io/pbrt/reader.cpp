@@ -197,7 +197,7 @@ void PbrtReader::world_end(PbrtLexer&, const Token&) { world_ended_ = true; }
 void PbrtReader::push(Block block, const Location& where) {
   constexpr std::size_t most_nested = 1024;
   if (stack_.size() == most_nested) throw Error(where, fmt::format("blocks nest more than {} deep", most_nested));
-  stack_.push_back({block, attributes_, where});
+  stack_.push_back({block, attributes_, where, forget_.size()});
 }
 
 PbrtReader::Attributes PbrtReader::pop(Block block, std::string_view name, const Location& where) {
@@ -207,6 +207,8 @@ PbrtReader::Attributes PbrtReader::pop(Block block, std::string_view name, const
     throw Error(where, fmt::format("{} inside the {} of line {}", name, begins[static_cast<int>(stack_.back().block)],
                                    stack_.back().where.line));
   Attributes saved = std::move(stack_.back().attributes);
+  if (block != Block::transform)
+    for (; forget_.size() > stack_.back().forgets; forget_.pop_back()) forget_.back()();
   stack_.pop_back();
   return saved;
 }

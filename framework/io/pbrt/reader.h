@@ -73,6 +73,7 @@ class PbrtReader {
     Block block;
     Attributes attributes;
     Location where;
+    std::size_t forgets = 0;  // of forget_, before it
   };
 
   // Heights or normals: a texture of the scene, or a field that is to be baked for each shape.
@@ -139,6 +140,19 @@ class PbrtReader {
   void transform_begin(PbrtLexer& lexer, const Token& token);
   void transform_end(PbrtLexer& lexer, const Token& token);
   void reverse_orientation(PbrtLexer& lexer, const Token& token);
+  // Version 3 forgets at a block's end what the block named: a name then means again what it meant before.
+  template <class Names, class Value>
+  void define(Names& names, const std::string& name, Value value, const Location& where, const std::string& what) {
+    const bool in_block = version3_ && !stack_.empty();
+    if (names.contains(name))
+      warn(where, what + " is defined twice; the last one counts" + (in_block ? ", to the end of its block" : ""));
+    if (in_block)
+      forget_.push_back([&names, name, before = std::make_shared<typename Names::node_type>(names.extract(name))] {
+        names.erase(name);
+        if (*before) names.insert(std::move(*before));
+      });
+    names.insert_or_assign(name, std::move(value));
+  }
   void push(Block block, const Location& where);
   Attributes pop(Block block, std::string_view name, const Location& where);
 
@@ -318,6 +332,7 @@ class PbrtReader {
   LeftOutTriangles left_out_;
   Attributes attributes_;
   std::vector<Saved> stack_;
+  std::vector<std::function<void()>> forget_;
   std::map<std::string, Placement, std::less<>> coordinate_systems_;
   Rgb exposure_{1};        // by which the film scales the image
   bool version3_ = false;  // as its film tells

@@ -95,8 +95,7 @@ void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
   PbrtParams params(lexer, titled(token.text, name), at_type);
   params.add_defaults(attributes_.defaults["texture"]);
   TextureMap& textures = kind == "float" ? float_textures_ : spectrum_textures_;
-  if (textures.contains(name)) warn(where, fmt::format("{} texture '{}' is defined twice; the last one counts", kind, name));
-  textures.insert_or_assign(name, make_texture(lexer, type, params, textures));
+  define(textures, name, make_texture(lexer, type, params, textures), where, fmt::format("{} texture '{}'", kind, name));
   params.finish();
 }
 
