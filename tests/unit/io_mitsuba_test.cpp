@@ -91,6 +91,10 @@ TEST(Mitsuba, FiltersAndCropsAreTheFilms) {
   EXPECT_EQ(filter("type=\"catmullrom\">").c, 0.5f);
   EXPECT_EQ(filter("type=\"lanczos\">").radius, vec2(3));
   EXPECT_ERROR(film("<rfilter type=\"tend\"/>"), "unknown rfilter 'tend'; did you mean 'tent'");
+  EXPECT_ERROR(filter("type=\"gaussian\"><float name=\"stdev\" value=\"1\"/>"),
+               "unknown property 'stdev'; did you mean 'stddev'");
+  EXPECT_ERROR(film("<integer name=\"cropWidht\" value=\"20\"/>"), "unknown property 'cropWidht'; did you mean 'crop_width'");
+  EXPECT_EQ(film("<string name=\"pixel_format\" value=\"rgb\"/>").resolution, ivec2(200, 100)) << "others have no effect";
   const Scene cropped = film("<integer name=\"crop_offset_x\" value=\"50\"/><integer name=\"crop_width\" value=\"100\"/>");
   EXPECT_EQ(cropped.crop, (std::array<float, 4>{0.25f, 0.75f, 0, 1}));
   EXPECT_TRUE(warns(cropped, "`etendue render` shows the part in the crop window"));
@@ -118,6 +122,9 @@ TEST(MitsubaIntegrator, DepthCountsEdges) {
   EXPECT_EQ(depth("path", "-1"), std::nullopt);
   EXPECT_EQ(read("<integrator type=\"moment\"><integrator type=\"direct\"/></integrator>").max_depth, 1);
   EXPECT_TRUE(warns(read("<integrator type=\"guided_path\"/>"), "integrator 'guided_path'"));
+  EXPECT_ERROR(read("<integrator type=\"path\"><integer name=\"max_dept\" value=\"2\"/></integrator>"),
+               "s.xml:2:25: integrator \"path\": unknown property 'max_dept'; did you mean 'max_depth'");
+  EXPECT_EQ(read("<integrator type=\"path\"><integer name=\"rr_depth\" value=\"2\"/></integrator>").max_depth, std::nullopt);
 }
 
 TEST(MitsubaXml, DefaultsAndReferencesAreResolved) {
@@ -206,6 +213,15 @@ TEST(MitsubaXml, DamagedScenesAreReadOrRefused) {
   damage(text, 500, [](const std::string& damaged) {
     parse_mitsuba(damaged, "/nonexistent/s.xml", {.confined = true, .approximate = true});
   });
+}
+
+TEST(MitsubaTransform, MisspeltAttributesAreNotMissing) {
+  const auto with = [](const std::string& operation) {
+    return read("<shape type=\"sphere\"><transform name=\"to_world\">" + operation + "</transform></shape>");
+  };
+  EXPECT_ERROR(with("<translate X=\"1\"/>"), "translate: unknown attribute 'X'");
+  EXPECT_ERROR(with("<scale values=\"2\"/>"), "unknown attribute 'values'; did you mean 'value'");
+  EXPECT_ERROR(with("<lookat orgin=\"0,0,1\" target=\"0,0,0\"/>"), "lookat: unknown attribute 'orgin'; did you mean 'origin'");
 }
 
 TEST(MitsubaTransform, TheFirstOperationIsAppliedFirst) {

@@ -183,6 +183,12 @@ void Properties::ignore_all() const {
   for (const Entry& entry : entries_) entry.used = true;
 }
 
+void Properties::finish_but_for_others() const {
+  const std::vector<std::string> known(asked_.begin(), asked_.end());
+  for (const Entry& entry : entries_) entry.used = entry.used || nearest_names(entry.name, known, 1).empty();
+  finish();
+}
+
 void Properties::finish() const {
   for (const Entry& entry : entries_) {
     if (entry.used) continue;

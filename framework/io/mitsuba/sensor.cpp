@@ -176,7 +176,7 @@ void MitsubaReader::film(const Properties& sensor) {
     scene_.resolution = {of.integer("width", 768, 1, 65536), of.integer("height", 576, 1, 65536)};
     crop(of);
     for (const XmlElement* element : of.objects({"rfilter"})) filter = filter_of(properties(*element));
-    of.ignore_all();  // file formats and the like
+    of.finish_but_for_others();  // file formats and the like
   }
   scene_.filter = make_pixel_filter(filter);
 }
@@ -206,6 +206,7 @@ FilterShape MitsubaReader::filter_of(const Properties& of) const {
                                                                  std::vector<std::string>{"box", "tent", "gaussian", "mitchell",
                                                                                           "catmullrom", "lanczos"})));
   }
+  of.finish();
   return shape;
 }
 
@@ -239,6 +240,7 @@ void MitsubaReader::integrator(const XmlElement& element) {
   if (of.boolean("hide_emitters", false))
     approximate(of.where("hide_emitters"), fmt::format("{}: 'hide_emitters' is not supported", of.title()),
                 "false: they are seen");
+  of.finish_but_for_others();
 }
 
 }  // namespace etendue

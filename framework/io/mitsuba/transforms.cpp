@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace etendue {
 
 namespace {
@@ -16,6 +18,14 @@ std::string_view next_word(std::string_view& rest) {
   const std::string_view word = rest.substr(0, rest.find_first_of(between));
   rest.remove_prefix(word.size());
   return word;
+}
+
+// What is missing has a default, and what is misspelt is not missing.
+void expect_attributes(const XmlElement& element, std::initializer_list<std::string> known) {
+  for (const XmlAttribute& attribute : element.attributes)
+    if (std::ranges::find(known, attribute.name) == known.end())
+      throw Error(element.where(attribute.name),
+                  fmt::format("{}: {}", element.tag, unknown_name("attribute", attribute.name, std::vector(known))));
 }
 
 vec3 read_point(const XmlElement& element, std::string_view attribute, const vec3& otherwise) {
@@ -61,6 +71,7 @@ Transform read_scale(const XmlElement& element) {
 
 // Without an up, as version 3 allows, any that is across the view.
 Transform read_look_at(const XmlElement& element) {
+  expect_attributes(element, {"origin", "target", "up"});
   const vec3 origin = read_point(element, "origin", vec3(0)), target = read_point(element, "target", vec3(0, 0, 1));
   vec3 up = read_point(element, "up", vec3(0));
   if (up == vec3(0)) up = std::abs(target.y - origin.y) < 0.9f * glm::length(target - origin) ? vec3(0, 1, 0) : vec3(0, 0, 1);
@@ -104,6 +115,7 @@ float read_number(const XmlElement& element, std::string_view attribute) {
 }
 
 vec3 read_vector(const XmlElement& element, const vec3& otherwise) {
+  expect_attributes(element, {"x", "y", "z", "value", "angle", "name", "id"});
   if (element.find("value")) {
     const std::vector<float> n = read_numbers(element, "value");
     if (n.size() == 1) return vec3(n[0]);
