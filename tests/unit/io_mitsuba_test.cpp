@@ -62,6 +62,25 @@ TEST(MitsubaCamera, OrthographicViewsAreParallel) {
   EXPECT_ERROR(corner("<scale x=\"2\" y=\"1\"/>"), "distorts the image");
 }
 
+// A wall of 2 m x 2 m across the view, 1 m before the camera or beside it.
+TEST(MitsubaCamera, WhatMitsubaCutsAwayIsTold) {
+  const auto clips = [](const std::string& clip, const std::string& place, const std::string& wall = "rectangle") {
+    const Scene scene = read("<sensor type=\"perspective\">" + clip + "</sensor><shape type=\"" + wall +
+                             "\"><transform name=\"to_world\"><translate " + place + "/></transform></shape>");
+    return std::pair(warns(scene, "less than 'near_clip'"), warns(scene, "more than 'far_clip'"));
+  };
+  const auto near = [](const std::string& at) { return "<float name=\"near_clip\" value=\"" + at + "\"/>"; };
+  const std::string far = "<float name=\"far_clip\" value=\"1.9\"/>";
+  EXPECT_EQ(clips(near("0.9"), "z=\"1\""), std::pair(false, false));
+  EXPECT_EQ(clips(near("1.1"), "z=\"1\""), std::pair(true, false));
+  EXPECT_EQ(clips(near("1.1"), "z=\"1\" x=\"3\""), std::pair(false, false)) << "beside the view";
+  EXPECT_EQ(clips(near("1.1"), "z=\"-1\""), std::pair(false, false)) << "behind the camera";
+  EXPECT_EQ(clips(far, "z=\"2\""), std::pair(false, true));
+  EXPECT_EQ(clips(far, "z=\"1.8\""), std::pair(false, false));
+  EXPECT_EQ(clips(far, "z=\"1.001\"", "sphere"), std::pair(true, true)) << "its box, to either side";
+  EXPECT_EQ(clips("", "z=\"20000\""), std::pair(false, true)) << "without 'far_clip' it is 10,000 m";
+}
+
 TEST(MitsubaCamera, OthersAreRefusedOrApproximated) {
   EXPECT_ERROR(read("<sensor type=\"spherical\"/>"), "s.xml:2:1: sensor \"spherical\" is not supported");
   EXPECT_TRUE(warns(approximated("<sensor type=\"spherical\"/>"), "spherical"));

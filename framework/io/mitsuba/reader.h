@@ -1,6 +1,6 @@
 // The state of reading a Mitsuba scene. Internal to framework/io/mitsuba/*.cpp, which split it by concept: reader (the scene's
-// children, references, messages), sensor (camera, film, integrator), shapes, bsdfs, adapters (bsdfs of others), coated (bsdfs
-// of several lobes), textures, emitters, colours.
+// children, references, messages), sensor (camera, film, integrator), clipping, shapes, bsdfs, adapters (bsdfs of others),
+// coated (bsdfs of several lobes), textures, emitters, colours.
 #pragma once
 
 #include "framework/io/mesh/left_out.h"
@@ -112,6 +112,10 @@ class MitsubaReader {
   void crop(const Properties& of);
   void integrator(const XmlElement& element);
 
+  // clipping.cpp
+  void keep_clipping(const Properties& of);  // of the sensor that is the scene's camera
+  void warn_of_clipping();
+
   // shapes.cpp
   void shape(const XmlElement& element, Group& group);
   void obj_mesh(const Properties& of, Group& group);
@@ -221,6 +225,13 @@ class MitsubaReader {
   int version_ = 3;
   Scene scene_;
   bool has_sensor_ = false;
+  struct Clipping {
+    Location where_near, where_far;
+    Camera camera;
+    ivec2 resolution;
+    float near, far;  // metres of depth between which Mitsuba's camera sees
+  };
+  std::vector<Clipping> clippings_;
   LeftOutTriangles left_out_;
   Group world_{.parts = std::vector<Part>(1), .in_world = true};
   std::map<const XmlElement*, Group> groups_;

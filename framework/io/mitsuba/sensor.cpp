@@ -124,6 +124,7 @@ void MitsubaReader::perspective(const Properties& of) {
   scene_.camera.fov = field_of_view(of);
   of.ignore({"focus_distance"});
   place_camera(of);
+  keep_clipping(of);
 }
 
 void MitsubaReader::thin_lens(const Properties& of) {
@@ -136,6 +137,7 @@ void MitsubaReader::thin_lens(const Properties& of) {
   of.ignore({"blade_rotation"});
   scene_.camera.fov = field_of_view(of);
   place_camera(of);
+  keep_clipping(of);
 }
 
 // x from -1 to 1 across the film, scaled by to_world.
