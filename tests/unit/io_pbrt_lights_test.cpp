@@ -97,6 +97,10 @@ TEST(PbrtLights, AreaLightsCoverTheirShapes) {
   EXPECT_EQ(object.shape(1).first_light, no_id);
   EXPECT_EQ(light_of<AreaLight>("Attribute \"light\" \"float scale\" 5 AreaLightSource \"diffuse\"").radiance, Rgb(5));
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" \"string filename\" \"x.png\""), "cannot open 'x.png'");
+  const Scene version3 =
+      parse_pbrt("Film \"image\" WorldBegin LightSource \"point\" \"rgb I\" [2 2 2] \"float scale\" 5 " + triangle, "s.pbrt");
+  EXPECT_EQ(std::get<PointLight>(version3.lights.at(0)).intensity, Rgb(2)) << "a scale of version 3 is a colour";
+  EXPECT_TRUE(warns(version3, "LightSource \"point\": 'scale' has no effect, as in pbrt-v3, which expects a colour"));
 }
 
 TEST(PbrtLights, InfiniteLights) {

@@ -241,6 +241,9 @@ TEST(PbrtTextureFields, AlphaIsAMaskOverUv) {
                       .opacity_at(hit),
                   0.75f);
   EXPECT_TRUE(world("Shape \"sphere\" \"float alpha\" 0").objects[0].shapes.empty());
+  const Scene version3 = parse_pbrt("Film \"image\" WorldBegin Shape \"sphere\" \"float alpha\" 0", "s.pbrt");
+  EXPECT_EQ(version3.objects[0].shapes.size(), 1u);
+  EXPECT_TRUE(warns(version3, "'alpha' has no effect, as in pbrt-v3, which knows it of trianglemesh and plymesh alone"));
   EXPECT_FALSE(world("Shape \"sphere\" \"float alpha\" 1").has_masks());
   // What is composed of textures is baked over the shape's (u, v).
   const Scene composed = world(half + "Texture \"m\" \"float\" \"mix\" \"texture tex1\" \"h\" \"float tex2\" 0 " +

@@ -251,6 +251,12 @@ void PbrtParams::ignore_all() const {
   for (const PbrtParam& param : params_) param.used = true;
 }
 
+void PbrtParams::drop(std::string_view name, const std::string& why) {
+  if (!has(name)) return;
+  files_->warn(where(name), fmt::format("{}: '{}' has no effect, as in pbrt-v3, {}", owner_, name, why));
+  std::erase_if(params_, [&](const PbrtParam& param) { return param.name == name; });
+}
+
 void PbrtParams::add_defaults(const PbrtDefaults& defaults) {
   for (const auto& param : defaults)
     if (!has(param->name)) {

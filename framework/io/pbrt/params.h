@@ -67,6 +67,8 @@ class PbrtParams {
   void accept(std::string_view name, std::string_view type) const;
   // Ignores all of them, for what is approximated without looking.
   void ignore_all() const;
+  // Forgets what the file gives, with a warning that says why.
+  void drop(std::string_view name, const std::string& why);
   // Those that are not given, from an earlier Attribute.
   void add_defaults(const PbrtDefaults& defaults);
   const std::vector<PbrtParam>& all() const { return params_; }

@@ -49,6 +49,8 @@ void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
   require_known("Shape", "shape", type, where);
   PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   params.add_defaults(attributes_.defaults["shape"]);
+  if (version3_ && type != "trianglemesh" && type != "plymesh")
+    for (const char* name : {"alpha", "shadowalpha"}) params.drop(name, "which knows it of trianglemesh and plymesh alone");
   if (type == "trianglemesh")
     place(triangle_mesh(params), params, params.owner());
   else if (type == "plymesh" || type == "objmesh")
