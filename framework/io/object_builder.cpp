@@ -1,6 +1,9 @@
 #include "framework/io/object_builder.h"
 
 #include "framework/core/check.h"
+#include "framework/core/memory.h"
+
+#include <algorithm>
 
 namespace etendue {
 
@@ -15,12 +18,28 @@ void append(std::vector<T>& all, const std::vector<T>& some, std::size_t before,
   all.resize(before + count, T(0));
 }
 
+// A vector that is full takes twice its bytes, and keeps them until it is copied.
+void require_room(std::size_t bytes, const char* what, const char* expectation) {
+  constexpr std::size_t looked_at_from = std::size_t{1} << 26;  // to look takes longer than to copy less
+  if (bytes >= looked_at_from) require_memory(2.0 * static_cast<double>(bytes), {}, what, expectation);
+}
+
 }  // namespace
+
+void add_instance(Scene& scene, const Instance& instance) {
+  auto& all = scene.instances;
+  if (all.size() == all.capacity()) require_room(all.size() * sizeof(Instance), "the instances", "fewer of them");
+  all.push_back(instance);
+}
 
 std::uint64_t ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
   Geometry& g = object_.geometry;
   const std::size_t before = g.positions.size(), count = mesh.positions.size();
   CHECK_LT(before + count, std::size_t{no_id});
+  const std::size_t triangles = g.triangles.size() + mesh.triangles.size();
+  if (before > 0 && (before + count > g.positions.capacity() || triangles > g.triangles.capacity()))
+    require_room(g.positions.size() * (2 * sizeof(vec3) + sizeof(vec2)) + g.triangles.size() * sizeof(uvec3), "the geometry",
+                 "fewer or smaller shapes");
   Part part{{}, look.glow};
   part.shape = {.first_primitive = static_cast<std::uint32_t>(g.triangles.size()),
                 .primitive_count = static_cast<std::uint32_t>(mesh.triangles.size()),
@@ -36,7 +55,7 @@ std::uint64_t ObjectBuilder::add(TriangleMesh mesh, const ShapeLook& look) {
     g.triangles = std::move(mesh.triangles);
   } else {
     g.positions.insert(g.positions.end(), mesh.positions.begin(), mesh.positions.end());
-    g.triangles.reserve(g.triangles.size() + mesh.triangles.size());
+    if (triangles > g.triangles.capacity()) g.triangles.reserve(std::max(triangles, g.triangles.capacity() * 3 / 2));
     for (const uvec3& t : mesh.triangles) g.triangles.push_back(t + static_cast<std::uint32_t>(before));
   }
   meshes_.push_back(part);

@@ -29,9 +29,13 @@ struct ShapeLook {
   std::uint32_t mask = no_id;  // as of Shape
 };
 
+// Throws Error where there is no room for more of them: an object of many parts has an instance for each, wherever it is.
+void add_instance(Scene& scene, const Instance& instance);
+
 class ObjectBuilder {
  public:
-  // The mesh is in the object's space. Returns how many of its triangles no structure may hold (Geometry::is_valid).
+  // The mesh is in the object's space. Throws Error where there is no room for it. Returns how many of its triangles no
+  // structure may hold (Geometry::is_valid).
   std::uint64_t add(TriangleMesh mesh, const ShapeLook& look);
   void add(const Quadric& quadric, const ShapeLook& look);
 

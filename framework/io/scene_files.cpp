@@ -55,10 +55,10 @@ void SceneFiles::check_place(const std::string& path, const std::string& name, c
     outside_warnings_.push_back(where.text() + ": " + what);
 }
 
-void SceneFiles::need_memory(std::uint64_t bytes, const std::string& name) {
+void SceneFiles::need_memory(std::uint64_t bytes, const std::string& name, const Location& where) {
   unchecked_bytes_ += bytes;
   if (unchecked_bytes_ < look_every_bytes) return;
-  require_memory(static_cast<double>(bytes), {}, etendue::quote(name), "a smaller file, or fewer of them");
+  require_memory(static_cast<double>(bytes), where, etendue::quote(name), "a smaller file, or fewer of them");
   unchecked_bytes_ = 0;
 }
 

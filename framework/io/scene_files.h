@@ -49,6 +49,9 @@ class SceneFiles {
   RgbImage image(const std::string& name, const std::string& named_in, const Location& where,
                  Encoding encoding = Encoding::srgb);
 
+  // Throws Error where there is no room for so much of what a scene makes of `name`.
+  void need_memory(std::uint64_t bytes, const std::string& name, const Location& where = {});
+
   Approximations& approximations() { return approximations_; }
   // Adds to the scene's warnings, for code that reads parameters and knows no scene.
   void warn(const Location& where, const std::string& what) { told_.push_back(where.text() + ": " + what); }
@@ -59,7 +62,6 @@ class SceneFiles {
  private:
   std::string resolve(const std::string& name, const std::string& named_in) const;
   void check_place(const std::string& path, const std::string& name, const Location& where);
-  void need_memory(std::uint64_t bytes, const std::string& name);
 
   std::string first_file_;
   bool confined_, first_folder_first_;

@@ -217,6 +217,11 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
 void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
   CHECK(!scene.instances.empty() && scene.instances[0].object == 0 && scene.instances[0].to_world.is_identity());
   for (const Instance& instance : scene.instances) CHECK_LT(instance.object, scene.objects.size());
+  std::vector<std::uint32_t> relief_of(scene.materials.size(), no_id);
+  for (std::uint32_t r = 0; r < scene.reliefs.size(); ++r) {
+    CHECK_LT(scene.reliefs[r].material, scene.materials.size());
+    relief_of[scene.reliefs[r].material] = r;
+  }
   for (Object& object : scene.objects) {
     const Geometry& g = object.geometry;
     std::uint32_t next = 0;
@@ -227,8 +232,7 @@ void finish_scene(Scene& scene, const std::vector<Emission>& emissions) {
       CHECK(shape.mask == no_id || shape.mask < scene.textures.size());
       CHECK(!shape.has_normals || object.normals.size() == g.positions.size());
       CHECK(!shape.has_uvs || object.uvs.size() == g.positions.size());
-      for (std::uint32_t r = 0; r < scene.reliefs.size(); ++r)
-        if (scene.reliefs[r].material == shape.material) shape.relief = r;
+      if (relief_of[shape.material] != no_id) shape.relief = relief_of[shape.material];
       CHECK(shape.relief == no_id || shape.has_uvs);
       shape.uses_uvs = shape.has_uvs && (shape.relief != no_id || uses_uvs(scene.materials[shape.material]));
     }

@@ -1,4 +1,5 @@
 // Which files a scene may name: kinds, places, amounts; and what messages show of them.
+#include "framework/core/memory.h"
 #include "framework/io/load_scene.h"
 #include "framework/io/text.h"
 #include "tests/unit/io_pbrt_helpers.h"
@@ -62,6 +63,21 @@ TEST(SceneFiles, FilesLargerThanTheMemoryAreRefused) {
 }
 
 // pbrt looks in the folder of the file it was given.
+// Texels of 48 MiB, eight times; the file has 64 KiB.
+TEST(SceneFiles, CopiesOfTexturesLargerThanTheMemoryAreRefused) {
+  const TestDirectory directory;
+  std::string runs("\0\0\x0b\0\0\0\0\0\0\0\0\0\0\x08\0\x08\x08\0", 18);
+  for (int run = 0; run < 2048 * 2048 / 128; ++run) runs += std::string("\xff\x80", 2);
+  directory.write("i.tga", runs);
+  std::string text = before + "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"i.tga\"\n";
+  for (int copy = 0; copy < 8; ++copy)
+    text += "Texture \"" + std::to_string(copy) + "\" \"spectrum\" \"scale\" \"texture tex\" \"t\" \"float scale\" 0.5\n";
+  directory.write("s.pbrt", text);
+  set_memory_limit(resident_memory_bytes() + (std::uint64_t{256} << 20));
+  EXPECT_ERROR(read_pbrt(directory.path("s.pbrt")), "'i.tga' needs about 48");
+  set_memory_limit(0);
+}
+
 TEST(SceneFiles, NamesInIncludedPbrtFilesAreThoseOfTheFirstFolder) {
   const TestDirectory directory;
   directory.write("a.pbrt", "LightSource \"point\" \"rgb I\" [1 1 1]");

@@ -2,6 +2,7 @@
 
 #include "framework/core/error.h"
 #include "framework/core/fuzzing.h"
+#include "framework/core/memory.h"
 
 #include <fmt/format.h>
 
@@ -13,6 +14,7 @@ namespace etendue {
 
 namespace {
 
+constexpr std::size_t bytes_of_triangle = 200;  // with its edges, while the next level is made of it
 constexpr std::size_t most_triangles = unless_fuzzed(std::size_t{1} << 26, std::size_t{1} << 10);
 
 struct Edge {
@@ -135,6 +137,9 @@ TriangleMesh subdivide(const TriangleMesh& control, int levels) {
   for (int i = 0; i < levels; ++i) {
     if (4 * mesh.triangles.size() > most_triangles)
       throw Error(fmt::format("{} levels make more than {} triangles", levels, most_triangles));
+    if (mesh.triangles.size() > (1 << 18))
+      require_memory(static_cast<double>(4 * bytes_of_triangle * mesh.triangles.size()), {}, "the subdivided mesh",
+                     "fewer levels");
     split(mesh.positions, mesh.triangles);
   }
   const Surface surface(mesh.positions, mesh.triangles);

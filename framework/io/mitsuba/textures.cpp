@@ -78,6 +78,9 @@ MitsubaReader::TextureValue MitsubaReader::texture(const XmlElement& element) {
     of.finish();
     textures_[&element] = std::move(value);
   }
+  if (const auto* read = std::get_if<Texture>(&*textures_[&element]))
+    if (const auto* image = std::get_if<ImageTexture>(read))
+      files_.need_memory(image->texels.size() * sizeof(Rgb), "the texture", element.where());  // for the copy
   return *textures_[&element];
 }
 

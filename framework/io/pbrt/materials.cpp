@@ -163,7 +163,7 @@ void PbrtReader::read_relief(const PbrtParams& params, MaterialEntry& entry) {
       entry.relief = {Relief::Kind::heights, no_id, *field};
       continue;
     }
-    if (!heights.relief) heights.relief = add_texture(std::get<Texture>(heights.value));
+    if (!heights.relief) heights.relief = add_texture(texture_to_copy(heights));
     entry.relief = {Relief::Kind::heights, *heights.relief};
   }
 }

@@ -76,8 +76,9 @@ std::uint32_t PbrtReader::add_mask(const PbrtParams& params, TriangleMesh& mesh,
                     (alpha_field && by_place(*alpha_field));
   if (!cuts) give_default_uvs(mesh);
   if (alpha && !alpha_field && !entry.opacity && constant == 1 && !cuts) {  // the texture as it is
-    const Texture& texture = std::get<Texture>(alpha->value);
-    if (!alpha->mask) alpha->mask = add_texture(version3_ ? std::visit(Opaque{}, texture) : texture);
+    if (alpha->mask) return *alpha->mask;
+    const Texture& texture = texture_to_copy(*alpha);
+    alpha->mask = add_texture(version3_ ? std::visit(Opaque{}, texture) : texture);
     return *alpha->mask;
   }
   const Field opacity = opacity_field(params, alpha);

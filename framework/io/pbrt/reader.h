@@ -280,7 +280,9 @@ class PbrtReader {
   TextureEntry checker_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry scaled_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry mixed_texture(const PbrtParams& params, TextureMap& textures);
-  Field field_of(const TextureEntry& entry) const;
+  Field field_of(const TextureEntry& entry);
+  // Of an entry that is one: for a copy of it, for which there must be room.
+  const Texture& texture_to_copy(const TextureEntry& entry);
   Field field_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures);
   Rgb mean_operand(const PbrtParams& params, std::string_view name, const std::string& texture, TextureMap& textures);
   std::variant<Rgb, const TextureEntry*> operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise,

@@ -347,7 +347,7 @@ void PbrtReader::instantiate(Definition& definition, const Transform& to_world) 
       part.scene_index = static_cast<std::uint32_t>(scene_.objects.size());
       scene_.objects.push_back(part.builder.take());
     }
-    scene_.instances.push_back({*part.scene_index, to_world * part.to_parent});
+    add_instance(scene_, {*part.scene_index, to_world * part.to_parent});
   }
 }
 

@@ -155,8 +155,7 @@ PbrtReader::TextureEntry PbrtReader::scaled_texture(const PbrtParams& params, Te
     return {combined_field(
         params, {field_of(entry), factor ? constant_field(*factor) : field_of(*std::get<const TextureEntry*>(b))},
         [](const TexturePlace& place, std::span<const Field> f) { return f[0]->at(place) * f[1]->at(place); })};
-  const Texture& texture = entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value);
-  return {std::visit(ScaleTexture{*factor}, texture), entry.file};
+  return {std::visit(ScaleTexture{*factor}, texture_to_copy(entry)), entry.file};
 }
 
 PbrtReader::TextureEntry PbrtReader::mixed_texture(const PbrtParams& params, TextureMap& textures) {
@@ -172,10 +171,17 @@ PbrtReader::TextureEntry PbrtReader::mixed_texture(const PbrtParams& params, Tex
       })};
 }
 
-Field PbrtReader::field_of(const TextureEntry& entry) const {
+const Texture& PbrtReader::texture_to_copy(const TextureEntry& entry) {
+  const Texture& texture = entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value);
+  if (const auto* image = std::get_if<ImageTexture>(&texture))
+    files_.need_memory(image->texels.size() * sizeof(Rgb), entry.file);
+  return texture;
+}
+
+Field PbrtReader::field_of(const TextureEntry& entry) {
   if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return constant_field(*constant);
   if (const Field* field = std::get_if<Field>(&entry.value)) return *field;
-  return texture_field(entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value));
+  return texture_field(texture_to_copy(entry));
 }
 
 Field PbrtReader::field_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures) {
@@ -248,8 +254,7 @@ TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_vi
   }
   if (!entry.scene_index || map) {
     Texture reflectance =
-        map ? std::visit(MapTexture{map}, entry.moved ? scene_.textures[*entry.scene_index] : std::get<Texture>(entry.value))
-            : take_reflectance(entry, params.where(name), *texture);
+        map ? std::visit(MapTexture{map}, texture_to_copy(entry)) : take_reflectance(entry, params.where(name), *texture);
     if (!map) entry.scene_index = static_cast<std::uint32_t>(scene_.textures.size());
     scene_.textures.push_back(std::move(reflectance));
   }
