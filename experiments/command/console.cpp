@@ -50,6 +50,12 @@ void handle_interrupts() {
 
 }  // namespace
 
+std::string printable(std::string text) {
+  for (char& c : text)
+    if ((static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f) c = '?';
+  return text;
+}
+
 Console::Console() {
   const char* term = std::getenv("TERM");
   const char* no_color = std::getenv("NO_COLOR");
@@ -66,7 +72,7 @@ void Console::line(const std::string& text) {
   std::fprintf(stderr, "%s\n", text.c_str());
 }
 
-void Console::warning(const std::string& text) { line(coloured("warning: ", "33") + text); }
+void Console::warning(const std::string& text) { line(coloured("warning: ", "33") + printable(text)); }
 
 std::size_t Console::width() {
   winsize size{};

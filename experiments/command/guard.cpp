@@ -1,5 +1,6 @@
 #include "experiments/command/guard.h"
 
+#include "experiments/command/console.h"
 #include "framework/core/counters.h"
 #include "framework/core/error.h"
 #include "framework/core/memory.h"
@@ -50,16 +51,16 @@ int guarded(const std::function<int()>& program) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw std::runtime_error("cannot write to the standard output");
     return status;
   } catch (const WriteError& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
+    std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
   } catch (const Error& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
+    std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
     return 2;
   } catch (const std::bad_alloc&) {
     const std::string taken = format_bytes(static_cast<double>(peak_memory_bytes()));
     std::fprintf(stderr, "error: out of memory, with %s taken; expected a smaller scene, image or number of photons\n",
                  taken.c_str());
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "error: %s\n", e.what());
+    std::fprintf(stderr, "error: %s\n", printable(e.what()).c_str());
   }
   return 1;
 }

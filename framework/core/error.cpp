@@ -67,7 +67,9 @@ std::string unknown_name(std::string_view kind, std::string_view word, std::span
   if (!nearest.empty()) text += "; did you mean " + quoted_list(nearest) + "?";
   if (!names.empty() && (nearest.empty() || names.size() <= 8)) {
     text += nearest.empty() ? "; available:" : " (available:";
-    for (const std::string& name : names) text += " " + name;
+    constexpr std::size_t most_shown = 100;  // a scene may name a million things
+    for (const std::string& name : names.first(std::min(names.size(), most_shown))) text += " " + name;
+    if (names.size() > most_shown) text += fmt::format(" and {} more", names.size() - most_shown);
     if (!nearest.empty()) text += ")";
   }
   return text;

@@ -129,6 +129,13 @@ void describe(Visitor& v, SampleParams& p) {
   v.choice("kernel", p.kernel, {"box", "cone"}, "which");
 }
 
+TEST(Names, OfManyAHundredAreShown) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 120; ++i) names.push_back(std::to_string(1000 + i));
+  EXPECT_TRUE(unknown_name("id", "elsewhere", names).ends_with(" 1098 1099 and 20 more"))
+      << unknown_name("id", "elsewhere", names);
+}
+
 TEST(Params, ValuesAreReadByType) {
   const Location here{"x.toml", 3, 5};
   const ParamMap map{{"photons", {std::string("200k"), here}},

@@ -139,6 +139,11 @@ TEST_F(Mistakes, NamesAreSuggestedOnce) {
   EXPECT_NE(told({"report", ".", "--scene", "a"}).find("expected --figure"), std::string::npos);
 }
 
+TEST_F(Mistakes, WordsOfAFileAreNoOrdersToTheTerminal) {
+  write_file("s.pbrt", "WorldBegin Material \"dif\x1b[31mfuse\"\n");
+  EXPECT_NE(told({"inspect", "s.pbrt"}).find("unknown material 'dif?[31mfuse'"), std::string::npos);
+}
+
 TEST_F(Mistakes, TimesOfOptionsAreThoseOfFiles) {
   EXPECT_EQ(run({"render", "builtin:furnace", "--time", "0.1", "--resolution", "8x8", "-o", "a.png"}).status, 0);
   EXPECT_NE(told({"render", "builtin:furnace", "--time", "1sec"}).find("units: s, ms, min, h"), std::string::npos);
