@@ -171,6 +171,19 @@ TEST(PlyReader, AsciiErrorsNameTheirPlace) {
   EXPECT_ERROR(parse_ply(triangle_ply("3", "1", corners + "3 0 1 2\n3 0 1 2\n"), "m.ply"), "m.ply:14:1: '3' follows the data");
 }
 
+// An arrowhead, whose corner at the notch comes third, and a convex pentagon.
+TEST(PlyReader, PolygonsThatAreNotConvexAreTold) {
+  const auto warnings = [](const std::string& count, const std::string& vertices, const std::string& face) {
+    return parse_ply(triangle_ply(count, "1", vertices + face), "m.ply").warnings;
+  };
+  const std::string arrow = "0 0 0\n4 2 0\n1 2 0\n0 4 0\n", pentagon = "0 0 0\n2 0 0\n3 1 0\n1 2 0\n0 1 0\n";
+  EXPECT_TRUE(warnings("4", arrow, "4 2 3 0 1\n").empty()) << "from the notch on its fan is right";
+  ASSERT_EQ(warnings("4", arrow, "4 1 2 3 0\n").size(), 1u);
+  EXPECT_TRUE(contains(warnings("4", arrow, "4 1 2 3 0\n")[0], "m.ply: 1 polygons are not convex"));
+  EXPECT_TRUE(warnings("5", pentagon, "5 0 1 2 3 4\n").empty());
+  EXPECT_EQ(warnings("5", pentagon, "5 0 2 1 3 4\n").size(), 1u);
+}
+
 TEST(PlyReader, FacesThatAreNoneAreLeftOut) {
   const TriangleMesh mesh = parse_ply(triangle_ply("3", "3", corners + "2 0 1\n3 0 1 2\n0\n"), "m.ply");
   ASSERT_EQ(mesh.triangles.size(), 1u);

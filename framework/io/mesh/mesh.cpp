@@ -56,6 +56,29 @@ void list_not_finite(TriangleMesh& mesh, const std::string& name) {
 
 }  // namespace
 
+void warn_of_concave_fans(TriangleMesh& mesh, std::span<const Fan> fans, const std::string& name) {
+  const auto across = [&](std::size_t triangle) {
+    const uvec3 t = mesh.triangles[triangle];
+    const dvec3 p(mesh.positions[t.x]);
+    return glm::cross(dvec3(mesh.positions[t.y]) - p, dvec3(mesh.positions[t.z]) - p);
+  };
+  const auto is_concave = [&](const Fan& fan) {
+    dvec3 sum(0);
+    for (std::size_t i = 0; i < fan.count; ++i) sum += across(fan.first + i);
+    for (std::size_t i = 0; i < fan.count; ++i)
+      if (glm::dot(across(fan.first + i), sum) < 0) return true;
+    return false;
+  };
+  const auto concave = std::ranges::count_if(fans, is_concave) + std::ranges::count_if(mesh.quads, [&](std::uint32_t quad) {
+                         return is_concave({quad, 2});
+                       });
+  if (concave > 0)
+    mesh.warnings.push_back(
+        fmt::format("{}: {} polygons are not convex; the triangles that they became cover more than they do. "
+                    "Triangulate them",
+                    name, concave));
+}
+
 void mend_attributes(TriangleMesh& mesh, const std::string& name) {
   list_not_finite(mesh, name);
   for (vec2& uv : mesh.uvs)

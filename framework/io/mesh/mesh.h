@@ -4,6 +4,7 @@
 #include "framework/core/vec.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,13 @@ struct TriangleMesh {
     return uvs.empty() ? otherwise[corner] : uvs[triangle[corner]];
   }
 };
+
+// The triangles that a polygon became, all of them at its first corner.
+struct Fan {
+  std::size_t first = 0, count = 0;
+};
+// Warns of those, and of quads, that are no polygon's shape, since it is not convex: a triangle faces away from the rest.
+void warn_of_concave_fans(TriangleMesh& mesh, std::span<const Fan> fans, const std::string& name);
 
 // Gives each triangle the texture coordinates of pbrt and vertices of its own, where the mesh has none.
 void give_default_uvs(TriangleMesh& mesh);

@@ -130,6 +130,7 @@ class BodyReader {
     }
     source_.expect_end();
     if (mesh_.triangles.empty()) throw Error(Location{name_}, "no faces: each has less than three vertices");
+    warn_of_concave_fans(mesh_, fans_, name_);
     if (left_out_ > 0)
       mesh_.warnings.push_back(fmt::format("{}: {} faces of less than three vertices were left out", name_, left_out_));
     return std::move(mesh_);
@@ -171,6 +172,7 @@ class BodyReader {
     const std::uint64_t count = read_count(p);
     if (count < 3) ++left_out_;
     if (count == 4) mesh_.quads.push_back(static_cast<std::uint32_t>(mesh_.triangles.size()));
+    if (count > 4) fans_.push_back({mesh_.triangles.size(), static_cast<std::size_t>(count - 2)});
     std::uint32_t first = 0, previous = 0;
     for (std::uint64_t i = 0; i < count; ++i) {
       const double index = source_.read(p.type);
@@ -215,6 +217,7 @@ class BodyReader {
   Source source_;
   const std::string& name_;
   TriangleMesh mesh_;
+  std::vector<Fan> fans_;
   std::uint64_t left_out_ = 0;  // faces
 };
 

@@ -21,6 +21,7 @@ class SmfReader {
     if (blocks_.size() > 1) fail("the file ends inside a begin block");
     if (mesh_.triangles.empty()) throw Error(Location{name_}, "no faces");
     for (const Face& face : faces_) check(face);
+    warn_of_concave_fans(mesh_, fans_, name_);
     return std::move(mesh_);
   }
 
@@ -81,7 +82,7 @@ class SmfReader {
   }
 
   void read_face() {
-    const std::size_t begin = word_;
+    const std::size_t begin = word_, before = mesh_.triangles.size();
     std::int64_t largest = 0;
     std::uint32_t first = 0, previous = 0;
     std::size_t corners = 0;
@@ -94,6 +95,7 @@ class SmfReader {
       previous = vertex;
     }
     if (corners < 3) fail(fmt::format("a face needs 3 vertices or more, found {}", corners));
+    if (corners > 3) fans_.push_back({before, corners - 2});
     if (largest >= vertex_count()) faces_.push_back({largest, begin});
   }
 
@@ -121,6 +123,7 @@ class SmfReader {
   std::size_t word_ = 0;
   std::vector<std::int64_t> blocks_{0};  // vertices before each open block
   std::vector<Face> faces_;              // that used vertices not yet read
+  std::vector<Fan> fans_;
   TriangleMesh mesh_;
 };
 
