@@ -19,6 +19,7 @@ namespace {
 constexpr float narrow_lobes = 0.25f;  // GGX alpha: as PhotonMapsParams::carry_below by default
 constexpr int path_groups = 8, paths_a_group = 2, vertex_samples = 8;
 constexpr std::uint32_t photon_paths = 16384;
+constexpr const char* point_structure = "kd-tree";
 constexpr double unknown_contrast = 2;   // of caustics that no photons tell of: neither even nor sharp
 constexpr float record_accuracy = 0.2f;  // as CacheParams::accuracy by default
 
@@ -70,6 +71,8 @@ struct Seen {
   double behind_glass = 0;      // and of what they would if glass bent no light of points, spots and directions
   double inverse_distance = 0;  // summed over the probes, 1/m
   double area = 0;              // of a real pixel's footprint, summed over the vertices, m^2
+  std::vector<vec3> positions;  // of the vertices,
+  std::vector<vec3> sides;      // and the normals of the sides that are seen; 0: light passes, and both sides are
 };
 
 class Vertices {
@@ -98,7 +101,11 @@ class Vertices {
       brightest_ = std::max(brightest_, seen.brightest);
       light += seen.light;
       behind_glass += seen.behind_glass;
+      positions_.insert(positions_.end(), seen.positions.begin(), seen.positions.end());
+      sides_.insert(sides_.end(), seen.sides.begin(), seen.sides.end());
     }
+    near_ = small_.make_points(point_structure);
+    near_->build(positions_);
     const auto small_pixels = static_cast<double>(seen_.size());
     findings.surface = std::min(1.0, vertices / (small_pixels * vertex_samples));
     if (vertices > 0) {
@@ -115,6 +122,13 @@ class Vertices {
   float brightest() const { return brightest_; }
   // Share of the light that comes straight through glass from points, spots and directions, if glass bent none of it.
   double behind_glass() const { return behind_glass_; }
+  // Is this side of a surface seen? One of the nearest vertices passes the side test of gathers (photon_gather.h).
+  bool see(const vec3& position, const vec3& normal) const {
+    static thread_local Neighbours near;
+    near_->nearest(position, vertex_samples, infinity, near);
+    return std::ranges::any_of(
+        near, [&](const Neighbour& n) { return sides_[n.id] == vec3(0) || glm::dot(sides_[n.id], normal) >= 0.1f; });
+  }
 
  private:
   void look(ivec2 pixel) {
@@ -145,11 +159,13 @@ class Vertices {
             Sampler& probe) const {
     ++seen.vertices;
     seen.by_specular += depth > 0 ? 1 : 0;
+    const vec3 facing = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
+    seen.positions.push_back(point.position);
+    seen.sides.push_back(bsdf.transmits() ? vec3(0) : facing);
     if (is_black(bsdf.diffuse_albedo())) return;
     ++seen.diffuse;
     const float cosine = std::max(0.05f, std::abs(glm::dot(point.normal, wo)));
     seen.area += solid_angle_ * square(small_.scene.camera.spread(distance)) / cosine;
-    const vec3 facing = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
     const vec3 direction = Frame::from_normal(facing).to_world(sample_cosine_hemisphere(probe.get_2d()));
     const Ray ray = spawn_ray(point, direction);
     const Hit hit = trace(small_, ray);
@@ -209,24 +225,26 @@ class Vertices {
   RoughMaterials rough_;
   std::vector<Image> groups_;
   std::vector<Seen> seen_;
+  std::vector<vec3> positions_, sides_;  // of the vertices of all pixels
+  std::unique_ptr<PointQuery> near_;
   float solid_angle_ = 0, brightest_ = 0;
   double behind_glass_ = 0;
 };
 
 // The median density about a photon of those that fall on `area`, by its eighth neighbour, over the mean over the area.
-double contrast_of(const std::vector<vec3>& photons, double area) {
+double contrast_of(const RenderContext& context, const std::vector<vec3>& photons, double area) {
   constexpr std::size_t near = 8, most = 1500;
-  const std::size_t stride = photons.size() / most + 1;  // of those that are asked
-  std::vector<double> densities((photons.size() + stride - 1) / stride);
   if (photons.size() <= near) return 0;
-  parallel_for(densities.size(), 16, [&](std::size_t i) {
-    std::vector<float> distances;
-    for (const vec3& other : photons) distances.push_back(length_squared(other - photons[i * stride]));
-    std::nth_element(distances.begin(), distances.begin() + near, distances.end());  // itself is the first
-    densities[i] = static_cast<double>(near) / (pi * std::max(distances[near], std::numeric_limits<float>::min()));
+  const auto query = context.make_points(point_structure);
+  query->build(photons);
+  const std::size_t stride = photons.size() / most + 1;  // of those that are asked
+  std::vector<float> squared((photons.size() + stride - 1) / stride, std::numeric_limits<float>::max());
+  parallel_for(squared.size(), 16, [&](std::size_t i) {
+    static thread_local Neighbours found;
+    query->nearest(photons[i * stride], near + 1, infinity, found);  // itself is the first
+    if (found.size() > near) squared[i] = std::max(found[near].distance_squared, std::numeric_limits<float>::min());
   });
-  std::nth_element(densities.begin(), densities.begin() + static_cast<std::ptrdiff_t>(densities.size() / 2), densities.end());
-  return densities[densities.size() / 2] * area / static_cast<double>(photons.size());
+  return near * area / (pi * median(squared) * static_cast<double>(photons.size()));
 }
 
 // Photons by power, the same as trace_photons has them, and of each: is it from a light that no ray can meet, or far brighter
@@ -286,15 +304,18 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
   std::size_t seen = 0;
   std::vector<vec3> caustics;
   for (std::size_t i = 0; i < photons.size(); ++i) {
-    if (!region->contains(photons.position[i], photons.side[i].normal())) continue;
+    const vec3 &position = photons.position[i], side = photons.side[i].normal();
+    const bool is_caustic = (photons.side[i].history & photon_caustic) != 0;
+    // About borders the region is too wide: there a caustic that nobody sees would count.
+    if (!region->contains(position, side) || (is_caustic && !vertices.see(position, side))) continue;
     const double power = luminance(photons.power[i]);
     ++seen;
     all += power;
     if (photons.side[i].history & photon_direct) direct += power;
-    if (!(photons.side[i].history & photon_caustic)) continue;
+    if (!is_caustic) continue;
     caustic += power;
     if (unmet[i] != 0) caustic_unmet += power;
-    caustics.push_back(photons.position[i]);
+    caustics.push_back(position);
   }
   findings.photons_seen = static_cast<double>(seen) / photon_paths;
   if (all > 0) {
@@ -302,7 +323,8 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
     findings.caustic_photons = static_cast<double>(caustics.size());
     findings.caustic_light = caustic / all;
     findings.unmet_caustics = caustic_unmet / all;
-    findings.caustic_contrast = contrast_of(caustics, seen_area(small, rough, {1, depth, SamplerKind::independent, true}));
+    const double area = seen_area(small, rough, {1, depth, SamplerKind::independent, true});
+    findings.caustic_contrast = contrast_of(small, caustics, area);
   }
   // Where hardly any photon comes through a window, straight rays tell about how much light does.
   if (caustics.size() < fewest_caustics && vertices.behind_glass() > findings.unmet_caustics) {

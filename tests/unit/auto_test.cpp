@@ -69,6 +69,25 @@ TEST(Pilot, TellsScenesApart) {
   EXPECT_LT(box.rays, 250'000);  // of 8 million in a second
 }
 
+// A plate of stone under a pane that reflects nothing, in the sun. From below its lower side and an edge are seen: dark ones.
+TEST(Pilot, CountsCausticsOnTheSidesThatAreSeen) {
+  const auto findings = [](float height) {
+    SceneBuilder b("plate");
+    const auto stone = b.material(Diffuse{Rgb(0.5f)});
+    const auto level = [&](float y) { return quad({-1, y, 1}, {1, y, 1}, {1, y, -1}, {-1, y, -1}); };
+    for (const float y : {0.0f, -0.01f}) b.mesh(level(y), stone);
+    b.mesh(quad({-1, -0.01f, 1}, {1, -0.01f, 1}, {1, 0, 1}, {-1, 0, 1}), stone);
+    b.mesh(level(1), b.material(Dielectric{.eta = 1}));
+    b.light(DirectionalLight{.direction = {0, -1, 0}, .irradiance = Rgb(3)});
+    b.camera({-0.9f, height, 2.4f}, {0, 0, 0}, 46, {32, 32});
+    SceneContext stage(b.finish(), {32, 32}, 1);
+    return run_pilot(stage.context);
+  };
+  EXPECT_EQ(findings(1.7f).caustic_light, 1);
+  EXPECT_EQ(findings(-1.7f).caustic_light, 0);
+  EXPECT_EQ(findings(-1.7f).unmet_caustics, 0);
+}
+
 TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
   struct Chosen {
     double seconds;
