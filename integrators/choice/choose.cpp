@@ -2,7 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
-#include "integrators/pilot/caustic_need.h"
+#include "integrators/photons/caustic_light.h"
 
 #include <fmt/format.h>
 
@@ -122,42 +122,38 @@ class Chooser {
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
   }
 
-  MethodChoice cache(const std::string& name, std::string why) const {
-    ParamMap params;
-    const double enough = name == "hash-cache" ? enough_hits_of_cells : enough_hits_of_records;
-    if (context_.needs.caustic_map)
-      params["caustic_map"] = {
-          std::string(name_of(caustics_need_photons(context_, found_, enough) ? CausticMap::on : CausticMap::off)), {}};
-    return {name, std::move(params), std::move(why)};
-  }
-
   MethodChoice for_indirect_light() const {
     if (bias_ == BiasAllowed::none)
       return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
     const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
     if (hidden >= hidden_light && found_.caustic_light < mostly_caustic && noise_of_records() >= known_well)
-      return cache("hash-cache",
-                   "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid "
-                   "learn it soonest");
+      return {
+          "hash-cache",
+          {},
+          "indirect light leaves nearly all of the noise that paths have, and paths that share it through a hash grid learn "
+          "it soonest"};
     if (found_.photons_seen < rare_photons)
-      return cache("hash-cache",
-                   "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn "
-                   "it soonest");
+      return {"hash-cache",
+              {},
+              "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn it "
+              "soonest"};
     if (found_.path_error < little_noise && hidden < hidden_light)
-      return cache("hash-cache",
-                   "paths leave so little noise that the error of interpolating between records would outweigh it");
+      return {
+          "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};
     if (bias_ == BiasAllowed::vanishing)
-      return cache("hash-cache", "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes");
+      return {"hash-cache", {}, "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes"};
     const std::string share = fill() < rays_ ? percent(fill() / rays_) : "more than all";
     if (fill() > most_fill * rays_ && noise_of_paths() < fair_noise)
-      return cache("hash-cache",
-                   fmt::format("about {:.0f} records would take {} of the budget, and paths that share light through a hash "
-                               "grid need none",
-                               found_.records, share));
-    return cache("irradiance-cache",
-                 fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of "
-                             "the budget",
-                             found_.records, share));
+      return {"hash-cache",
+              {},
+              fmt::format("about {:.0f} records would take {} of the budget, and paths that share light through a hash grid "
+                          "need none",
+                          found_.records, share)};
+    return {"irradiance-cache",
+            {},
+            fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of the "
+                        "budget",
+                        found_.records, share)};
   }
 
   const RenderContext& context_;

@@ -135,9 +135,8 @@ TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
     Scene scene = load_scene("builtin:cornell-spheres");
     if (light) scene.lights.push_back(*light);
     const SceneContext stage(std::move(scene), {64, 64}, 1);
-    const MethodChoice choice = choose_method(stage.context, findings);
-    EXPECT_EQ(choice.name, "hash-cache");
-    return to_text(choice.params.at("caustic_map")) == "off";
+    EXPECT_EQ(choose_method(stage.context, findings).name, "hash-cache");
+    return !caustics_need_photons(stage.context, findings, enough_hits_of_cells);
   };
   EXPECT_TRUE(leaves_them_to_paths(std::nullopt));
   EXPECT_FALSE(leaves_them_to_paths(PointLight{vec3(0), Rgb(1e-3f)}));
@@ -204,10 +203,8 @@ TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
     EXPECT_GT(findings.unmet_caustics, 0.005);
     EXPECT_LT(findings.unmet_caustics, findings.caustic_light);
     EXPECT_GT(findings.caustic_hits, 0);
-    const MethodChoice choice = choose_method(stage.context, findings);
-    EXPECT_NE(choice.name, "path");
-    const auto map = choice.params.find("caustic_map");
-    EXPECT_TRUE(map == choice.params.end() || to_text(map->second) == "on") << choice.name;
+    EXPECT_NE(choose_method(stage.context, findings).name, "path");
+    EXPECT_TRUE(caustics_need_photons(stage.context, findings, enough_hits_of_cells));
     EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it out"), std::string::npos);
     EXPECT_EQ(run_pilot(sky_alone.context).unmet_caustics, 0);
     EXPECT_EQ(light_out_of_reach(sky_alone.context, "path"), "");
