@@ -22,15 +22,19 @@ constexpr double rare_photons = 0.02;      // of those emitted, that land on wha
 constexpr double few_photons = 1 / 250.0;  // that they leave small things out
 constexpr double certain = 10;             // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
-constexpr double entirely_even = 1.05;    // contrast of light that ends at borders alone
-constexpr double much_direct = 0.6;       // of the light: there is little to share,
-constexpr double all_direct_noise = 0.9;  // if this share of what paths leave is the noise of direct light
+constexpr double entirely_even = 1.05;  // contrast of light that ends at borders alone
+constexpr double noisy_direct = 3;      // noise of direct light, sampled at lights, over that of paths, which meet them as well
+constexpr double long_time = 4000;      // rays a pixel after which what radii lose at borders is more than bdpt's noise
+constexpr double much_direct = 0.6;     // of the light: there is little to share,
+constexpr double all_direct_noise = 0.8;  // if this share of what paths leave is the noise of direct light
 constexpr double little_noise = 0.2;      // of a path, below which records' own error outweighs it
 constexpr double no_noise = 1e-6;         // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
 constexpr double hidden_light = 9;      // path error over direct error from which indirect light is hard to find,
 constexpr double known_well = 2e-4;     // unless there is time for records to know it as well as this
+constexpr double far_hidden = 16;       // the same, from which photons find it sooner if one or more of each path
+constexpr double photons_in_view = 1;   // land in view
 constexpr double rays_per_record = 4000;
 constexpr double most_fill = 0.6;     // of the budget for records: beyond it hash-cache errs less,
 constexpr double fair_noise = 0.065;  // where paths leave no more than this
@@ -51,7 +55,7 @@ class Chooser {
     if (caustics_are_hard() || caustics_are_unmet()) return for_caustics();
     if (noise_of_paths() < no_noise)
       return {"path", {}, "paths leave so little noise that nothing stored between them could have less error"};
-    if ((found_.direct_light >= much_direct || photons_are_blind()) &&
+    if ((found_.direct_light >= much_direct || found_.photons_seen == 0 || photons_are_blind()) &&
         found_.direct_error >= all_direct_noise * found_.path_error)
       return {"path", {}, "the noise of direct light is all that paths leave, and no method samples that better"};
     if (found_.diffuse < fewest_diffuse)
@@ -77,9 +81,10 @@ class Chooser {
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
 
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
-  // from.
+  // from. What falls on glossy surfaces does not tell: paths follow the lobes that send light on to the camera.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
+    if (found_.diffuse < fewest_diffuse) return false;
     if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
@@ -114,10 +119,16 @@ class Chooser {
   MethodChoice for_caustics() const {
     const std::string light = caustics();
     if (bias_ == BiasAllowed::none) return {"bdpt", {}, light + ", and bdpt is the unbiased method that finds most of it"};
-    if (found_.caustic_contrast < entirely_even && found_.surface < 1)
+    if (!caustics_are_hard() && found_.direct_error >= noisy_direct * found_.path_error && found_.path_error > 0)
+      return {"bdpt", {}, light + ", and bdpt brings it, and all other light with as little noise as paths"};
+    // A few photons do not tell whether it is even.
+    const double contrast = found_.caustic_photons >= fewest_caustics ? found_.caustic_contrast : infinity;
+    if (contrast < entirely_even && found_.surface < 1) {
+      if (found_.path_error == 0 && found_.by_specular == 0 && rays_ >= long_time)
+        return {"bdpt", {}, light + ", there is no other, and in the end radii lose more of it at borders than bdpt has noise"};
       return {"sppm", {}, light + ", and it is even up to borders in view, where radii would shrink late by a test"};
-    if (bias_ == BiasAllowed::any && found_.caustic_contrast < even_caustics && found_.caustic_light < minor_caustics &&
-        rays_ >= many_rays)
+    }
+    if (bias_ == BiasAllowed::any && contrast < even_caustics && found_.caustic_light < minor_caustics && rays_ >= many_rays)
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
   }
@@ -126,6 +137,11 @@ class Chooser {
     if (bias_ == BiasAllowed::none)
       return {"path", {}, "no unbiased method is faster where light needs no specular surface to get there"};
     const double hidden = found_.direct_error > 0 ? found_.path_error / found_.direct_error : infinity;
+    if (hidden >= far_hidden && found_.photons_seen >= photons_in_view)
+      return {"sppm",
+              {},
+              "indirect light leaves nearly all of the noise that paths have, and of each path of photons one or more land in "
+              "view"};
     if (hidden >= hidden_light && found_.caustic_light < mostly_caustic && noise_of_records() >= known_well)
       return {
           "hash-cache",

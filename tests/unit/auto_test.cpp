@@ -97,12 +97,14 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:polygon-light", {{4, "path"}}},                                    // nothing but direct light
       {"builtin:veach-mis", {{4, "irradiance-cache"}}},                            // and a little besides
       {"builtin:white-furnace", {{4, "path"}}},                                    // hardly a rough surface
+      {"builtin:thin-plate", {{1, "path"}}},                                       // a caustic on the side that is not seen
+      {"builtin:glossy-furnace", {{4, "path"}}},                                   // what lobes send on, not what lands
       {"builtin:furnace", {{4, "path"}}},                                          // no noise at all,
       {"builtin:concentric-spheres", {{4, "hash-cache"}}},                         // little, of direct light,
       {"builtin:cavity", {{1, "hash-cache"}, {4, "hash-cache"}}},                  // somewhat more,
       {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},            // and of indirect light
       {"builtin:water", {{4, "cppm"}}},                                            // all light through water, evenly
-      {"builtin:edge", {{4, "sppm"}}},                                             // the same, up to a border in view
+      {"builtin:edge", {{4, "sppm"}, {16, "bdpt"}}},                               // the same, up to a border in view
       {"builtin:glass-caustic", {{0.25, "cppm"}, {1, "cppm"}, {16, "cppm"}}},      // a sharp caustic
       {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},  // mirrors that paths find the light in
       {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "cppm"}}},                // and less easily,
@@ -123,6 +125,73 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       }
     });
   }
+}
+
+TEST(AutoChoice, KnowsEvenCausticsByManyPhotonsAlone) {
+  PilotFindings findings;
+  findings.surface = 0.5;
+  findings.diffuse = findings.caustic_light = findings.unmet_caustics = 1;
+  findings.caustic_contrast = 1;
+  SceneContext stage(load_scene("builtin:water"), {64, 64}, 1);
+  const auto chosen = [&](double photons, double seconds) {
+    findings.caustic_photons = photons;
+    stage.context.effort = {seconds};
+    return choose_method(stage.context, findings).name;
+  };
+  EXPECT_EQ(chosen(20, 1), "cppm");
+  EXPECT_EQ(chosen(1000, 1), "sppm");
+  EXPECT_EQ(chosen(1000, 16), "bdpt");
+  findings.path_error = 1;  // there is other light
+  EXPECT_EQ(chosen(1000, 16), "sppm");
+}
+
+TEST(AutoChoice, LeavesNoiseOfDirectLightToPaths) {
+  PilotFindings findings;
+  findings.surface = findings.diffuse = findings.path_error = 1;
+  findings.records = 100;
+  findings.photons_seen = 0.5;
+  SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
+  const auto takes_paths = [&](double light, double error) {
+    findings.direct_light = light;
+    findings.direct_error = error;
+    return choose_method(stage.context, findings).name == "path";
+  };
+  EXPECT_TRUE(takes_paths(0.85, 0.85));
+  EXPECT_FALSE(takes_paths(0.85, 0.7));
+  EXPECT_FALSE(takes_paths(0.4, 0.85));  // there is much to share
+  findings.photons_seen = 0;             // so that nothing tells of shares
+  EXPECT_TRUE(takes_paths(0, 0.85));
+}
+
+// Glass in the sun under a bright sky, which paths meet with far less noise than light samples do.
+TEST(AutoChoice, BringsSunBehindGlassWithoutTheNoiseOfASampledSky) {
+  PilotFindings findings;
+  findings.surface = findings.diffuse = findings.path_error = 1;
+  findings.caustic_light = 0.01;
+  findings.unmet_caustics = 0.005;
+  findings.caustic_hits = 0.1;
+  findings.direct_error = 4;
+  SceneContext stage(load_scene("builtin:glass-caustic"), {64, 64}, 1);
+  EXPECT_EQ(choose_method(stage.context, findings).name, "bdpt");
+  findings.direct_error = 1;
+  EXPECT_EQ(choose_method(stage.context, findings).name, "cppm");
+}
+
+// A lamp that shines at the ceiling: nearly all light in view is indirect, and photons get there.
+TEST(AutoChoice, TakesPhotonsForHiddenLightThatTheyBring) {
+  PilotFindings findings;
+  findings.surface = findings.diffuse = findings.path_error = 1;
+  findings.direct_error = 0.04;
+  findings.records = 100;
+  findings.photons_seen = 2;
+  SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
+  stage.context.effort = {4};
+  EXPECT_EQ(choose_method(stage.context, findings).name, "sppm");
+  findings.photons_seen = 0.3;  // behind a door
+  EXPECT_NE(choose_method(stage.context, findings).name, "sppm");
+  findings.photons_seen = 2;
+  findings.direct_error = 0.2;
+  EXPECT_NE(choose_method(stage.context, findings).name, "sppm");
 }
 
 TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
