@@ -88,6 +88,10 @@ TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
                   0.25f);
   EXPECT_ERROR(read("<shape type=\"sphere\"><emitter type=\"area\"/>" + mask(checks) + "</shape>"),
                "a light that lets rays through");
+  const std::string lamp = "<shape type=\"sphere\"><emitter type=\"area\"/><bsdf type=\"null\"/></shape>";
+  EXPECT_ERROR(read(lamp), "a light that lets rays through");
+  const Scene black = approximated(lamp);
+  EXPECT_EQ(std::get<Diffuse>(black.materials.at(black.objects[0].shapes.at(0).material)).reflectance.constant, Rgb(0));
 }
 
 TEST(MitsubaBsdfs, MasksTakeTheAlphaOfAnImage) {

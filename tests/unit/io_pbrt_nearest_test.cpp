@@ -123,6 +123,9 @@ TEST(PbrtNearest, BoundariesOfMediaAreNotSeen) {
   for (const char* name : {"", "none", "interface"})
     EXPECT_TRUE(world("Material \"" + std::string(name) + "\" " + triangle + "Shape \"sphere\"").objects[0].shapes.empty());
   EXPECT_ERROR(world("Material \"interface\" AreaLightSource \"diffuse\" " + triangle), "a light without a material");
+  const Scene lamp = approximated("Material \"interface\" AreaLightSource \"diffuse\" " + triangle);
+  EXPECT_EQ(lamp.lights.size(), 1u);
+  EXPECT_EQ(std::get<Diffuse>(lamp.materials.at(lamp.objects[0].shapes.at(0).material)).reflectance.constant, Rgb(0));
   EXPECT_TRUE(world("Shape \"sphere\" \"float alpha\" 0").objects[0].shapes.empty());
 }
 

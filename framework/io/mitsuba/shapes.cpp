@@ -109,8 +109,10 @@ std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& 
   const bool flip = of.boolean("flip_normals", false);
   if (entry.invisible && !glow) return std::nullopt;
   if (!entry.two_sided && one_sided_++ == 0) first_one_sided_ = of.where();
-  if (glow && entry.mask != no_id)
-    approximate(of.where(), fmt::format("{}: a light that lets rays through is not supported", of.title()), "an opaque one");
+  if (glow && (entry.mask != no_id || entry.invisible))
+    approximate(of.where(), fmt::format("{}: a light that lets rays through is not supported", of.title()),
+                entry.invisible ? "a black surface that emits" : "an opaque one");
+  if (entry.invisible) entry.material = Diffuse{Rgb(0)};
   const std::uint32_t mask = glow ? no_id : entry.mask;
   if (has_uvs || !entry.relief) return ShapeLook{scene_material(entry), flip, glow, mask};
   approximate(of.where(), fmt::format("{}: only meshes with texture coordinates may have relief", of.title()),

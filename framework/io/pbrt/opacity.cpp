@@ -39,11 +39,13 @@ PbrtReader::TextureEntry* PbrtReader::varying_alpha(const PbrtParams& params) {
 
 // The share of rays that the shape stops, as far as that is the same all over. 0: nothing of it is to be seen.
 float PbrtReader::constant_opacity(const PbrtParams& params) {
-  const MaterialEntry& entry = materials_[attributes_.material];
+  MaterialEntry& entry = materials_[attributes_.material];
   if (entry.invisible) {
-    if (attributes_.glow)
-      approximate(params.where(), "a light without a material: light passes through it", "a black surface that emits");
-    return attributes_.glow ? 1 : 0;
+    if (!attributes_.glow) return 0;
+    approximate(params.where(), "a light without a material: light passes through it", "a black surface that emits");
+    entry.material = Diffuse{Rgb(0)};
+    entry.field = nullptr;
+    return 1;
   }
   float alpha = varying_alpha(params) ? 1 : number(params, "alpha", 1, 0, 1);
   if (version3_ && alpha > 0) alpha = 1;  // there only 0 lets light through
