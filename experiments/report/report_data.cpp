@@ -32,6 +32,33 @@ double held_until(const Replicate& replicate, const std::string& metric) {
   return replicate.last()->metrics.contains(metric) ? replicate.held_s : 0;
 }
 
+// The metric of the image that a run has at a time, which is that of its last whole iteration. Between checkpoints iterations
+// are taken as equally long, and the metric as linear over them on log-log axes.
+std::optional<double> value_then(const Replicate& replicate, const std::string& metric, double time_s) {
+  constexpr double slack = 1e-9;  // an average of equal times may differ from them in its last bits
+  const auto& checkpoints = replicate.checkpoints;
+  const auto next = std::ranges::upper_bound(checkpoints, time_s * (1 + slack), {}, &CheckpointRecord::time_s);
+  if (next == checkpoints.begin()) return std::nullopt;
+  const CheckpointRecord &a = **std::prev(next), &b = next == checkpoints.end() ? a : **next;
+  if (&a == &b && time_s > std::max(a.time_s, replicate.held_s) * (1 + slack)) return std::nullopt;
+  const auto first = static_cast<double>(a.iterations), last = static_cast<double>(b.iterations);
+  const double share = &a == &b ? 0 : std::clamp((time_s - a.time_s) / (b.time_s - a.time_s), 0.0, 1.0);
+  const double iterations = std::floor(first + share * (last - first) + slack);
+  const auto before = find_value(a.metrics, metric), after = find_value(b.metrics, metric);
+  if (!before || iterations <= first) return before;
+  return after ? value_at({{first, last}, {*before, *after}}, iterations) : std::nullopt;
+}
+
+// When a run has the image of so many whole iterations.
+double time_after(const Replicate& replicate, double iterations) {
+  const auto count = [](const CheckpointRecord* checkpoint) { return static_cast<double>(checkpoint->iterations); };
+  const auto next = std::ranges::lower_bound(replicate.checkpoints, iterations, {}, count);
+  if (next == replicate.checkpoints.end()) return replicate.last()->time_s;
+  if (next == replicate.checkpoints.begin()) return (*next)->time_s;
+  const CheckpointRecord &a = **std::prev(next), &b = **next;
+  return a.time_s + (iterations - count(&a)) / (count(&b) - count(&a)) * (b.time_s - a.time_s);
+}
+
 void set_common_time(SceneData& scene, const std::string& metric, bool with_sign) {
   double common = std::numeric_limits<double>::infinity();
   for (const Configuration& configuration : scene.configurations)
@@ -205,12 +232,7 @@ Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa a
 std::vector<double> values_at(const Configuration& configuration, const std::string& metric, double time_s) {
   std::vector<double> values;
   for (const Replicate& replicate : configuration.replicates)
-    if (const Curve curve = curve_of(replicate, metric, Abscissa::time); !curve.empty()) {
-      if (const auto value = value_at(curve, time_s))
-        values.push_back(*value);
-      else if (time_s > curve.x.back() && time_s <= held_until(replicate, metric))
-        values.push_back(curve.y.back());
-    }
+    if (const auto value = value_then(replicate, metric, time_s)) values.push_back(*value);
   return values;
 }
 
@@ -299,8 +321,10 @@ std::optional<MeasuredRate> measured_rate(const Configuration& configuration, co
 std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target) {
   std::vector<Arrival> arrivals;
   for (const Replicate& replicate : configuration.replicates)
-    if (const Curve curve = curve_of(replicate, metric, Abscissa::time); !curve.empty())
-      arrivals.push_back(time_to(curve, target));
+    if (const Curve curve = curve_of(replicate, metric, Abscissa::iterations); !curve.empty()) {
+      Arrival& arrival = arrivals.emplace_back(time_to(curve, target));
+      arrival.time = time_after(replicate, std::ceil(arrival.time - 1e-9));
+    }
   if (arrivals.empty() || target <= 0) return std::nullopt;
   return median_arrival(arrivals);
 }
@@ -319,31 +343,20 @@ std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& 
 }
 
 std::vector<LeadInterval> lead_intervals(const SceneData& scene, const std::string& metric) {
-  std::vector<Curve> curves;
   std::set<double> times;
-  for (const Configuration& configuration : scene.configurations) {
-    Curve& curve = curves.emplace_back();
-    for (const SeriesPoint& point : aggregate(configuration, metric, Abscissa::time, false)) {
-      curve.x.push_back(point.x);
-      curve.y.push_back(point.y.centre);
-      times.insert(point.x);
-    }
-  }
+  for (const Configuration& configuration : scene.configurations)
+    for (const SeriesPoint& point : aggregate(configuration, metric, Abscissa::time, false)) times.insert(point.x);
   std::vector<LeadInterval> result;
   for (const double time : times) {
     if (time > scene.common_time_s * (1 + 1e-9)) break;  // beyond it runs have ended that might have gone on
-    std::size_t leader = curves.size();
+    std::size_t leader = scene.configurations.size();
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t c = 0; c < curves.size(); ++c) {
-      if (curves[c].empty() || time < curves[c].x.front()) continue;
-      // What a run had when it ended it has until its time is over.
-      const double error = value_at(curves[c], time).value_or(curves[c].y.back());
-      if (error < least) {
-        least = error;
+    for (std::size_t c = 0; c < scene.configurations.size(); ++c)
+      if (const auto error = estimate_at(scene.configurations[c], metric, time); error && error->centre < least) {
+        least = error->centre;
         leader = c;
       }
-    }
-    if (leader == curves.size() || (!result.empty() && result.back().configuration == leader)) continue;
+    if (leader == scene.configurations.size() || (!result.empty() && result.back().configuration == leader)) continue;
     result.push_back({leader, time});
   }
   return result;

@@ -96,7 +96,9 @@ std::string short_label(const ReportData& data, const Configuration& configurati
 // One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);
 
-// The metric over replicates at a time. There is none before a replicate's first checkpoint, or after its last and its budget.
+// The metric over replicates at a time, of the image that each has then: that of its last whole iteration. Between checkpoints
+// iterations are taken as equally long, and the metric as linear over them on log-log axes. There is none before a replicate's
+// first checkpoint, or after its last and its budget.
 std::optional<Estimate> estimate_at(const Configuration& configuration, const std::string& metric, double time_s,
                                     bool with_sign = false);
 // Gives the metric of each replicate there; fewer than the replicates where some have no value.
@@ -124,7 +126,7 @@ struct MeasuredRate {
 };
 std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference);
 
-// When the configuration's seeds reach the scene's target error.
+// When the configuration's seeds reach the scene's target error, which takes whole iterations.
 std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target);
 
 // Every checkpoint of every configuration as (time, error), and which of them nothing beats; of a metric with a sign the error
@@ -136,7 +138,7 @@ struct FrontPoint {
 };
 std::vector<FrontPoint> front_points(const SceneData& scene, const std::string& metric, bool with_sign = false);
 
-// `configuration` has the least error from `begin_s` on, until the next one has; curves are interpolated between checkpoints.
+// `configuration` has the least error from `begin_s` on, until the next one has: of the images that they have then.
 struct LeadInterval {
   std::size_t configuration = 0;
   double begin_s = 0;

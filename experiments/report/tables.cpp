@@ -236,8 +236,9 @@ void add_labels(FinalTable& table, const ReportData& data) {
 void add_final_notes(FinalTable& table, const ReportData& data) {
   table.note(
       "The time at which methods are compared is the latest that every seed of every configuration of the scene reached; each "
-      "seed is interpolated there on log axes. The error then is the geometric mean over seeds, in brackets its 95 % Student "
-      "interval (from three seeds on; of two the extremes).");
+      "seed has the image of its last whole iteration then (between checkpoints its error is interpolated over iterations). The "
+      "error is the geometric mean over seeds, in brackets its 95 % Student interval (from three seeds on; of two the "
+      "extremes).");
   table.note(
       "The target is the error that at least half of the configurations reach by that time, rounded up to 1, 2 or 5; the time "
       "to it is the median over seeds of the first crossing, beside it the time by which 95 % of the seeds had arrived (of "

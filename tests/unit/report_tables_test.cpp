@@ -134,6 +134,23 @@ TEST(ReportData, LeadPassesWhereTheCurvesCross) {
   EXPECT_LT(rulers[1].begin_s, 3.3);
 }
 
+// Nobody has seen an image of one and a half iterations.
+TEST(ReportData, ATimeHasTheImageOfItsLastWholeIteration) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);
+  add_cells(log, "room", {"slow", "sah", 4, 1, -13, 2}, 1);  // far ahead of path after two iterations, at 8 s
+  const SceneData scene = arrange(log).scenes[0];
+  const Configuration &path = scene.configurations[0], &slow = scene.configurations[1];
+  EXPECT_EQ(values_at(slow, "relmse", 7.9), values_at(slow, "relmse", 4));
+  EXPECT_NEAR(values_at(path, "relmse", 0.59)[0] / values_at(path, "relmse", 0.1)[0], 0.2, 1e-9);  // between 4 and 8
+  EXPECT_EQ(values_at(path, "relmse", 0.09).size(), 0u);
+  EXPECT_DOUBLE_EQ(arrival_of(slow, "relmse", 0.5)->median.time, 8);
+  EXPECT_NEAR(arrival_of(path, "relmse", values_at(path, "relmse", 0.1)[0] / 4.5)->median.time, 0.5, 1e-9);
+  const auto leads = lead_intervals(scene, "relmse");
+  ASSERT_EQ(leads.size(), 2u);
+  EXPECT_DOUBLE_EQ(leads[1].begin_s, 8);
+}
+
 TEST(ReportData, FailedCellsAreKeptApart) {
   RunLog log = small_log();
   add_failure(log, {"builtin:room", "sah", "path", 4}, "out of memory");
