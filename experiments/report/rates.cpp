@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 
 namespace etendue {
@@ -202,6 +204,33 @@ std::vector<FittedRate> fit_rates(const ReportData& data) {
       }
     }
   return rates;
+}
+
+std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference) {
+  const auto logged = [&](const char* metric) {
+    return !configuration.replicates.empty() && configuration.replicates.front().last()->metrics.contains(metric);
+  };
+  const std::string metric = logged("mse") ? "mse" : "relmse";
+  if (!logged(metric.c_str())) return std::nullopt;
+
+  std::map<double, std::vector<double>> by_iteration;
+  for (const Replicate& replicate : configuration.replicates) {
+    const Curve curve = curve_of(replicate, metric, Abscissa::iterations);
+    for (std::size_t i = 0; i < curve.x.size(); ++i) by_iteration[curve.x[i]].push_back(curve.y[i]);
+  }
+  const std::size_t replicates = configuration.replicates.size();
+  std::erase_if(by_iteration, [&](const auto& entry) { return entry.second.size() != replicates; });
+  if (by_iteration.size() < 3) return std::nullopt;
+  const double middle = std::sqrt(by_iteration.begin()->first * by_iteration.rbegin()->first);
+  while (by_iteration.size() > 3 && by_iteration.begin()->first < middle) by_iteration.erase(by_iteration.begin());
+
+  const double floor = metric == "mse" && reference != nullptr ? reference->mse_floor : 0;
+  std::vector<RatePoint> points;
+  for (const auto& [iterations, values] : by_iteration)
+    points.push_back(diagonal_point(std::vector<double>(replicates, iterations), values, floor));
+  const auto fit = fit_rate(points, "mse", Prediction::Model::power);
+  // What noise left above zero says nothing of what was below.
+  return fit && fit->dropped == 0 ? std::optional(MeasuredRate{*fit, replicates, metric}) : std::nullopt;
 }
 
 }  // namespace etendue

@@ -1,5 +1,5 @@
-// The exponents that an experiment predicts, measured from its log: points collected by region, method and metric, fitted, and
-// held against theory.
+// Exponents measured from a log: of each configuration, and those that an experiment predicts, whose points are collected by
+// region, method and metric, fitted, and held against theory.
 #pragma once
 
 #include "experiments/report/charts/charts.h"
@@ -26,6 +26,16 @@ struct FittedRate {
 std::vector<FittedRate> fit_rates(const ReportData& data);
 
 Predictions exponent_predictions(const std::vector<FittedRate>& rates);
+
+// Slope of the mean squared error over iterations against the declared exponent: over the later half (in log iterations) of the
+// iteration counts all seeds share, at least three of them; of mse less the reference's variance, or of relmse where mse was
+// not logged. There is none where the mean over seeds is not above that variance at each of them.
+struct MeasuredRate {
+  RateFit fit;
+  std::size_t replicates = 0;
+  std::string metric;
+};
+std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference);
 
 // One a scene, region, metric and abscissa: the points of each method with their band, the fit as a thin line over its window,
 // and beside it a triangle of theory's slope.

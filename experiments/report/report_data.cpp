@@ -288,36 +288,6 @@ std::vector<SeriesPoint> aggregate(const Configuration& configuration, const std
   return points;
 }
 
-std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference) {
-  const auto logged = [&](const char* metric) {
-    return !configuration.replicates.empty() && configuration.replicates.front().last()->metrics.contains(metric);
-  };
-  const std::string metric = logged("mse") ? "mse" : "relmse";
-  if (!logged(metric.c_str())) return std::nullopt;
-
-  std::map<double, std::vector<double>> by_iteration;
-  for (const Replicate& replicate : configuration.replicates) {
-    const Curve curve = curve_of(replicate, metric, Abscissa::iterations);
-    for (std::size_t i = 0; i < curve.x.size(); ++i) by_iteration[curve.x[i]].push_back(curve.y[i]);
-  }
-  const std::size_t replicates = configuration.replicates.size();
-  std::erase_if(by_iteration, [&](const auto& entry) { return entry.second.size() != replicates; });
-  if (by_iteration.size() < 3) return std::nullopt;
-  const double middle = std::sqrt(by_iteration.begin()->first * by_iteration.rbegin()->first);
-  while (by_iteration.size() > 3 && by_iteration.begin()->first < middle) by_iteration.erase(by_iteration.begin());
-
-  std::vector<double> x;
-  std::vector<std::vector<double>> y(replicates);
-  for (const auto& [iterations, values] : by_iteration) {
-    x.push_back(iterations);
-    for (std::size_t r = 0; r < replicates; ++r) y[r].push_back(values[r]);
-  }
-  const double floor = metric == "mse" && reference != nullptr ? reference->mse_floor : 0;
-  const auto fit = fit_slope(x, y, floor);
-  if (!fit) return std::nullopt;
-  return MeasuredRate{*fit, x.front(), x.back(), replicates, metric};
-}
-
 std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target) {
   std::vector<Arrival> arrivals;
   for (const Replicate& replicate : configuration.replicates)

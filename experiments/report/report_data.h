@@ -115,17 +115,6 @@ struct SeriesPoint {
 std::vector<SeriesPoint> aggregate(const Configuration& configuration, const std::string& metric, Abscissa abscissa,
                                    bool with_sign);
 
-// Slope of the mean squared error over iterations against the declared exponent: over the later half (in log iterations) of the
-// iteration counts all seeds share, at least three of them; of mse less the reference's variance, or of relmse where mse was
-// not logged.
-struct MeasuredRate {
-  SlopeFit fit;
-  double first_iteration = 0, last_iteration = 0;
-  std::size_t replicates = 0;
-  std::string metric;
-};
-std::optional<MeasuredRate> measured_rate(const Configuration& configuration, const ReferenceRecord* reference);
-
 // When the configuration's seeds reach the scene's target error, which takes whole iterations.
 std::optional<ArrivalMedian> arrival_of(const Configuration& configuration, const std::string& metric, double target);
 

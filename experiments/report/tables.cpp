@@ -1,6 +1,7 @@
 #include "experiments/report/tables.h"
 
 #include "experiments/log/products.h"
+#include "experiments/report/rates.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
 #include "experiments/report/verdicts.h"
@@ -193,12 +194,13 @@ void add_metrics(FinalTable& table, const ReportData& data) {
 
 Cells fitted_exponent(const FinalRow& row) {
   if (!row.rate) return {};
-  const auto& [fit, from, to, replicates, metric] = *row.rate;
-  std::string text = fmt::format("{:.2f}", fit.slope);
-  if (fit.interval) text += fmt::format(" ({:.2f} to {:.2f})", fit.interval->low, fit.interval->high);
+  const auto& [fit, replicates, metric] = *row.rate;
+  const std::optional<Interval>& interval = fit.exponent_interval;
+  std::string text = fmt::format("{:.2f}", fit.exponent);
+  if (interval) text += fmt::format(" ({:.2f} to {:.2f})", interval->low, interval->high);
   if (replicates < 10) text += " †";
-  const auto end = [&](double Interval::*side) { return fit.interval ? TableCell((*fit.interval).*side) : TableCell(); };
-  return {{fit.slope, text}, fit.slope, end(&Interval::low), end(&Interval::high), metric, from, to};
+  const auto end = [&](double Interval::*side) { return interval ? TableCell((*interval).*side) : TableCell(); };
+  return {{fit.exponent, text}, fit.exponent, end(&Interval::low), end(&Interval::high), metric, fit.from, fit.to};
 }
 
 Cells squared_bias(const FinalRow& row) {
@@ -219,7 +221,7 @@ void add_theory(FinalTable& table) {
               fitted_exponent);
   table.parts("over iterations", {}, [](const FinalRow& row) -> Cells {
     if (!row.rate) return {};
-    return {fmt::format("{:.0f}–{:.0f}", row.rate->first_iteration, row.rate->last_iteration)};
+    return {fmt::format("{:.0f}–{:.0f}", row.rate->fit.from, row.rate->fit.to)};
   });
   table.parts("bias² of images", {"bias_squared", "bias_squared_standard_error"}, squared_bias);
   table.column("image_variance", "variance",
@@ -251,8 +253,8 @@ void add_final_notes(FinalTable& table, const ReportData& data) {
   table.note("Costs and metrics are medians over seeds at the last checkpoint, in brackets the 5th and 95th percentile.");
   table.note(
       "The measured exponent is the slope of the mean squared error over iterations (the reference's variance subtracted), "
-      "over the later half of the ladder in logarithms; the interval is a 95 % percentile bootstrap over seeds. † fewer than "
-      "ten seeds.");
+      "over the later half of the ladder in logarithms, of weighted least squares; the interval is a 95 % percentile bootstrap "
+      "over seeds. There is none where the mean over seeds is not above that variance. † fewer than ten seeds.");
   if (!data.log->products.empty())
     table.note(
         "bias² of images is the mean of (average over seeds − reference)² less variance/seeds less the reference's variance, ± "

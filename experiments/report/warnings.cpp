@@ -1,5 +1,6 @@
 // What should keep a reader from believing a report: failures, a noisy reference, biases and rates that are not as declared.
 #include "experiments/report/declared.h"
+#include "experiments/report/rates.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/verdicts.h"
 #include "experiments/statistics/agreement.h"
@@ -79,10 +80,10 @@ void warn_of_rates(const ReportData& data, Warnings& warnings) {
       const auto rate = measured_rate(*configuration, scene.reference);
       const CellRecord* cell = configuration->any_cell();
       // A biased method keeps its rate only until its plateau, and where that lies is not declared.
-      if (!rate || !rate->fit.interval || rate->replicates < 10 || cell->bias == "biased") continue;
-      if (cell->mse_exponent < rate->fit.interval->low)
+      if (!rate || !rate->fit.exponent_interval || rate->replicates < 10 || cell->bias == "biased") continue;
+      if (cell->mse_exponent < rate->fit.exponent_interval->low)
         warn(warnings, "{}: {} converges more slowly than declared: exponent {:.2f} ({:.2f} to {:.2f}) against {}.", scene.name,
-             configuration->shown_integrator, rate->fit.slope, rate->fit.interval->low, rate->fit.interval->high,
+             configuration->shown_integrator, rate->fit.exponent, rate->fit.exponent_interval->low, rate->fit.exponent_interval->high,
              format_short(cell->mse_exponent));
     }
 }

@@ -187,45 +187,6 @@ double equality_between(double x0, double log_ratio0, double x1, double log_rati
   return x0 * std::pow(x1 / x0, log_ratio0 / (log_ratio0 - log_ratio1));
 }
 
-std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y) {
-  CHECK_EQ(x.size(), y.size());
-  std::vector<double> log_x, log_y;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!(x[i] > 0 && y[i] > 0)) continue;
-    log_x.push_back(std::log(x[i]));
-    log_y.push_back(std::log(y[i]));
-  }
-  if (log_x.size() < 2) return std::nullopt;
-  const double mean_x = mean(log_x), mean_y = mean(log_y);
-  double xx = 0, xy = 0;
-  for (std::size_t i = 0; i < log_x.size(); ++i) {
-    xx += (log_x[i] - mean_x) * (log_x[i] - mean_x);
-    xy += (log_x[i] - mean_x) * (log_y[i] - mean_y);
-  }
-  if (xx == 0) return std::nullopt;
-  return xy / xx;
-}
-
-std::optional<SlopeFit> fit_slope(std::span<const double> x, const std::vector<std::vector<double>>& y, double offset) {
-  const std::size_t replicates = y.size();
-  if (replicates == 0) return std::nullopt;
-  std::vector<double> average(x.size());
-  const auto slope_of = [&](std::span<const std::size_t> chosen) {
-    std::fill(average.begin(), average.end(), 0.0);
-    for (const std::size_t r : chosen)
-      for (std::size_t i = 0; i < x.size(); ++i) average[i] += y[r][i] / static_cast<double>(chosen.size());
-    for (double& value : average) value -= offset;
-    return log_log_slope(x, average).value_or(std::numeric_limits<double>::quiet_NaN());
-  };
-  std::vector<std::size_t> all(replicates);
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  const double slope = slope_of(all);
-  if (!std::isfinite(slope)) return std::nullopt;
-  SlopeFit fit{slope, std::nullopt};
-  if (replicates >= 3) fit.interval = bootstrap_interval(replicates, slope_of);
-  return fit;
-}
-
 Arrival time_to(const Curve& curve, double target) {
   if (curve.empty()) return {};
   const auto found = std::ranges::find_if(curve.y, [&](double y) { return y <= target; });

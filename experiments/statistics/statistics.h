@@ -1,5 +1,5 @@
-// Statistics of an experiment's figures: averages, quantiles, intervals, rates, Pareto fronts, and the split of error into bias
-// and variance.
+// Statistics of an experiment's figures: averages, quantiles, intervals, Pareto fronts, and the split of error into bias and
+// variance.
 //
 // Errors are positive and spread over decades, so they are averaged and interpolated in logarithms; a signed figure (bias) is
 // averaged as it is. Seeds are the independent replicates: checkpoints of one run are autocorrelated, so every bootstrap
@@ -96,17 +96,6 @@ std::optional<double> value_at(const Curve& curve, double x);
 
 // Where the logarithm of a ratio, linear in log x between x0 and x1, is zero: the two have different signs there.
 double equality_between(double x0, double log_ratio0, double x1, double log_ratio1);
-
-// Fits the least-squares slope of log y over log x, over points with y > 0; empty with fewer than two different x.
-std::optional<double> log_log_slope(std::span<const double> x, std::span<const double> y);
-
-// The exponent of E[y] ~ x^slope: y[replicate][point] is averaged over replicates, `offset` (the reference's own variance)
-// subtracted, and the slope fitted; the interval resamples replicates and is empty for fewer than three.
-struct SlopeFit {
-  double slope = 0;
-  std::optional<Interval> interval;
-};
-std::optional<SlopeFit> fit_slope(std::span<const double> x, const std::vector<std::vector<double>>& y, double offset);
 
 // When a falling curve first meets `target`. A curve that never arrives is censored at its last time, not dropped; one below
 // the target at its first checkpoint arrived at some unknown earlier time.

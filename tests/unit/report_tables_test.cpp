@@ -1,4 +1,5 @@
 #include "experiments/report/declared.h"
+#include "experiments/report/rates.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"
@@ -104,11 +105,20 @@ TEST(ReportData, MeasuredRateIsTheDeclaredOne) {
   const auto path = measured_rate(data.scenes[0].configurations[0], data.scenes[0].reference);
   const auto sppm = measured_rate(data.scenes[0].configurations[1], data.scenes[0].reference);
   ASSERT_TRUE(path && sppm);
-  EXPECT_NEAR(path->fit.slope, -1, 1e-9);
-  EXPECT_NEAR(sppm->fit.slope, -2.0 / 3, 1e-9);
+  EXPECT_NEAR(path->fit.exponent, -1, 1e-9);
+  EXPECT_NEAR(sppm->fit.exponent, -2.0 / 3, 1e-9);
   EXPECT_EQ(path->metric, "mse");
-  EXPECT_EQ(path->first_iteration, 16);  // the later half of 1 to 128
-  EXPECT_EQ(path->last_iteration, 128);
+  EXPECT_EQ(path->fit.from, 16);  // the later half of 1 to 128
+  EXPECT_EQ(path->fit.to, 128);
+}
+
+// The points that are left would give another slope: a mean that is not above the reference's own noise has no logarithm.
+TEST(ReportData, NoRateIsMeasuredBelowTheReferencesNoise) {
+  RunLog log = small_log();
+  log.references[0].mse_floor = 0.005;  // the MSE of path is 0.008 after 64 iterations and 0.004 after 128
+  const ReportData data = arrange(log);
+  EXPECT_FALSE(measured_rate(data.scenes[0].configurations[0], data.scenes[0].reference));
+  EXPECT_EQ(final_table(data).rows[1][column(final_table(data), "measured_mse_exponent")].raw, "");
 }
 
 // The curves are the same, and the better one ends sooner.

@@ -143,45 +143,6 @@ TEST(Curve, ZeroAtAnEndIsInterpolatedLinearly) {
   EXPECT_EQ(*value_at(curve, 4), 0);
 }
 
-TEST(Slope, ExactPowerLawGivesItsExponent) {
-  std::vector<double> x, y;
-  for (int i = 0; i < 8; ++i) {
-    x.push_back(std::pow(2.0, i));
-    y.push_back(3 * std::pow(x.back(), -2.0 / 3));
-  }
-  EXPECT_NEAR(*log_log_slope(x, y), -2.0 / 3, 1e-12);
-  EXPECT_FALSE(log_log_slope(std::vector<double>{2, 2}, std::vector<double>{1, 3}));
-  EXPECT_FALSE(log_log_slope(std::vector<double>{1, 2}, std::vector<double>{1, 0}));
-}
-
-std::vector<std::vector<double>> noisy_runs(Normal& normal, std::size_t count, const std::vector<double>& x, double floor) {
-  std::vector<std::vector<double>> y(count);
-  for (auto& replicate : y) {
-    const double walk = 0.1 * normal();  // a run's checkpoints share their noise
-    for (const double n : x) replicate.push_back(std::exp(walk + 0.03 * normal()) / n + floor);
-  }
-  return y;
-}
-
-TEST(Slope, IntervalOverSeedsCoversAtItsLevel) {
-  Normal normal(4);
-  const std::vector<double> x{64, 128, 256, 512, 1024};
-  int covered = 0;
-  constexpr int trials = 300;
-  for (int i = 0; i < trials; ++i) covered += fit_slope(x, noisy_runs(normal, 10, x, 0), 0)->interval->contains(-1);
-  EXPECT_NEAR(covered / double{trials}, 0.95, 0.05);
-}
-
-TEST(Slope, ReferencesOwnVarianceIsSubtracted) {
-  Normal normal(5);
-  const std::vector<double> x{64, 128, 256, 512, 1024};
-  constexpr double floor = 1e-3;
-  const auto y = noisy_runs(normal, 12, x, floor);
-  EXPECT_NEAR(fit_slope(x, y, floor)->slope, -1, 0.03);
-  EXPECT_GT(fit_slope(x, y, 0)->slope, -0.9);
-  EXPECT_FALSE(fit_slope(x, noisy_runs(normal, 2, x, 0), 0)->interval);
-}
-
 TEST(Arrival, IsInterpolatedCensoredOrBeforeTheFirstCheckpoint) {
   const Curve curve{{1, 4, 16}, {1, 0.5, 0.25}};
   const Arrival at = time_to(curve, std::sqrt(0.5));
