@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace etendue {
 namespace {
 
@@ -37,11 +40,20 @@ Table sample_verdicts() {
   return table;
 }
 
+// What has no image has no number, and is worse than what has one.
+Table sample_losses() {
+  Table table{"losses", "Losses", {}, {}, {}, {}};
+  table.columns = {{"method", "method", false}, {"worst", "at worst"}};
+  table.rows = {{"path", times_cell(1.5)}, {"sppm", times_cell(INFINITY)}, {"bdpt", TableCell()}};
+  return table;
+}
+
 std::string filled(const std::string& text) {
-  static const Table table = sample_table(), verdicts = sample_verdicts();
+  static const Table all[] = {sample_table(), sample_verdicts(), sample_losses()};
   return fill_quotes("doc.md", text, [](const std::string& folder, const std::string& name) -> const Table& {
-    if (folder != "first" || (name != "final" && name != "verdicts")) throw Error("no table " + folder + "/" + name);
-    return name == "final" ? table : verdicts;
+    const auto found = std::ranges::find(all, name, &Table::name);
+    if (folder != "first" || found == std::end(all)) throw Error("no table " + folder + "/" + name);
+    return *found;
   });
 }
 
@@ -92,6 +104,10 @@ TEST(Quotes, RowsAreCountedAndTheirExtremesTaken) {
   EXPECT_EQ(figure("count first/verdicts [no such]"), "0");
   EXPECT_EQ(figure("least first/final relmse [box] as .1e"), "2.4e-04");
   EXPECT_EQ(figure("most first/final relmse [path]"), "0.12");
+  EXPECT_EQ(figure("most first/losses worst [not no image]"), "1.5");
+  EXPECT_EQ(figure("count first/losses [no image]"), "1");
+  EXPECT_NE(problem("<!--= most first/losses worst [] --><!--/-->").find("a row of losses has 'no image' in worst"),
+            std::string::npos);
 }
 
 TEST(Quotes, TextIsWhatTheLogsTableShows) {

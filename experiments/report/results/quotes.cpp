@@ -154,7 +154,11 @@ std::optional<double> value_of(const QuotedFigure& figure, std::string* text) {
                             fmt::join(figure.words, ", ")));
   std::optional<double> chosen;
   for (const auto* row : rows) {
-    const auto value = trimmed_number((*row)[figure.column].raw);
+    const std::string& raw = (*row)[figure.column].raw;
+    const auto value = trimmed_number(raw);
+    if (!value && !raw.empty() && figure.choice != Pick::only)  // such as "no image", which is worse than any
+      throw Error(fmt::format("a row of {} has '{}' in {}; expected a number in each, or words that leave it out",
+                              figure.table->name, raw, figure.table->columns[figure.column].key));
     if (text && figure.choice == Pick::only) *text = shown_text(figure, *row);
     if (value && (!chosen || (figure.choice == Pick::least ? *value < *chosen : *value > *chosen))) chosen = value;
   }

@@ -7,10 +7,11 @@
 // Between the brackets stand words, and one row alone has them all. A word is the text of a cell; a scene may do without
 // "builtin:", a file without folder and ending. "KEY=TEXT" is the text of one column's cell ("remedy=" an empty one); any other
 // "name=value" may also be a part of a cell, as "metric=tabellion" is of a method's name; "not " before a word turns it round.
-// "least" or "most" before it takes the smallest or largest of many rows, and "count FOLDER/TABLE [...]" says how many rows
-// there are. A second figure behind "/" divides the first. "as" gives the notation: a format of {fmt}, with a factor before it
-// where the unit is another ("as 1e3 * .1f" for milliseconds), or "text" for what the log's own table shows, often with its
-// interval. Without it a figure has two digits, and a count all of its own: 4.9e-4, 0.57, 12, 4096.
+// "least" or "most" before it takes the smallest or largest of many rows, each of which must have a number there or nothing,
+// and "count FOLDER/TABLE [...]" says how many rows there are. A second figure behind "/" divides the first. "as" gives the
+// notation: a format of {fmt}, with a factor before it where the unit is another ("as 1e3 * .1f" for milliseconds), or "text"
+// for what the log's own table shows, often with its interval. Without it a figure has two digits, and a count all of its
+// own: 4.9e-4, 0.57, 12, 4096.
 //
 // A table is generated from lines that state its columns and rows, one each, with its heading or label behind " : "; ";" ends a
 // line, too:
