@@ -219,6 +219,31 @@ TEST(StressReport, MatrixHasARowForEachHazardAndAColumnForEachMethod) {
   EXPECT_NE(report.answer.find("breaks 1 of 2"), std::string::npos) << report.answer;
 }
 
+// What held before has not been moved to the end, and by how much a threshold beyond the range moved is not known.
+TEST(StressReport, RemediesOfWhatHoldsMoveNothing) {
+  RunLog log;
+  add_record(log, record_of("path", 2));
+  add_record(log, record_of("path", 1, "mends"));
+  add_record(log, record_of("path", 4, "worsens"));
+  StressRecord& noisy = add_record(log, record_of("path", 1, "may mend"));  // holds on the mean, and fails under one seed
+  for (StressPoint& point : noisy.points) point.values = {0.1, 0.1, 2.5};
+  add_record(log, record_of("bdpt", 1));
+  add_record(log, record_of("bdpt", 1, "of no use"));
+  const KindReport report = stress_report(log);
+  const Table table = remedies_table(mended_cells(arrange_stress(log)));
+  const auto cell = [&](std::size_t row, const char* key) { return table.rows[row][column_of(table, key).value()]; };
+  EXPECT_EQ(cell(0, "factor").text, "at least 8.0×");
+  EXPECT_EQ(cell(0, "factor_high").raw, "");
+  EXPECT_EQ(cell(1, "factor").text, "0.71×");
+  EXPECT_EQ(cell(2, "factor").text, "at least 8.0×");
+  EXPECT_EQ(cell(3, "factor").raw, "") << "both hold to the end";
+  EXPECT_NE(to_markdown(table).find("–∞"), std::string::npos) << to_markdown(table);
+  const auto found = std::ranges::find(report.findings, "What remedies move", &std::pair<std::string, std::string>::first);
+  ASSERT_NE(found, report.findings.end());
+  EXPECT_TRUE(found->second.starts_with("1 of 3 remedies move the threshold towards harm, 1 of them to the end"))
+      << found->second;
+}
+
 // A row of a heat map whose threshold is where x = 2 / y.
 StressRecord row_of(double y) {
   StressRecord record = record_of("photon-map", 2);

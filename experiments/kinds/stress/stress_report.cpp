@@ -119,11 +119,12 @@ void add_calm(const StressMap& map, KindReport& report) {
                   counted(count, "cell"), fmt::join(calm, ", "), count > calm.size() ? ", …" : ""));
 }
 
-void add_mended(const std::vector<MendedCell>& cells, KindReport& report) {
+void add_mended(std::vector<MendedCell> cells, KindReport& report) {
+  std::erase_if(cells, [](const MendedCell& c) { return !c.mended.is_known(); });
   if (cells.empty()) return;
   const auto moved = std::ranges::count_if(cells, &MendedCell::helps);
-  const auto to_end =
-      std::ranges::count_if(cells, [](const MendedCell& c) { return c.with->threshold->holding == Holding::to_the_end; });
+  const auto to_end = std::ranges::count_if(
+      cells, [](const MendedCell& c) { return c.helps() && c.with->threshold->holding == Holding::to_the_end; });
   const auto best = std::ranges::max_element(cells, {}, &MendedCell::factor),
              worst = std::ranges::min_element(cells, {}, &MendedCell::factor);
   report.findings.emplace_back(

@@ -65,7 +65,7 @@ struct MendedCell {
   Mended mended;
 
   double factor() const { return mended.factor; }
-  bool helps() const { return mended.interval.low > 1 || (mended.at_least && mended.factor > 1); }
+  bool helps() const { return mended.interval.low > 1; }
   std::string text() const;  // "4.2×", "at least 12×"
 };
 std::vector<MendedCell> mended_cells(const StressMap& map);

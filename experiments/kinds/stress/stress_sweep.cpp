@@ -162,6 +162,8 @@ Mended mended(std::span<const SweepPoint> without, std::span<const SweepPoint> w
   result.interval = {result.factor, result.factor};
   if (seeds.size() > 1)
     if (const auto found = bootstrap_interval(seeds.size(), factor)) result.interval = *found;
+  if (result.at_most) result.interval.low = 0;
+  if (result.at_least) result.interval.high = endless;
   return result;
 }
 

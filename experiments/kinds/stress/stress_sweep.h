@@ -54,11 +54,13 @@ bool is_failed(const SweepPoint& point, const Expected& holds);
 Threshold threshold_of(std::span<const SweepPoint> points, const Expected& holds);
 
 // Says by how much a remedy moved a threshold, as a factor of x towards harm, which is above 1 where it helps. An end that one
-// of the two holds to bounds the factor from one side only.
+// of the two holds to bounds the factor from one side only; of two that hold to the same end nothing is known.
 struct Mended {
   double factor = 1;
-  Interval interval = {1, 1};
+  Interval interval = {1, 1};  // its other end is 0 or infinite where the factor is bounded from one side only
   bool at_least = false, at_most = false;
+
+  bool is_known() const { return !(at_least && at_most); }
 };
 // The seeds of both are the same and are resampled together.
 Mended mended(std::span<const SweepPoint> without, std::span<const SweepPoint> with, const Expected& holds,

@@ -43,12 +43,7 @@ std::string bound_of(const StressRecord& record) {
 }
 
 std::string MendedCell::text() const {
-  return fmt::format("{}{}×",
-                     mended.at_least && mended.at_most ? ""
-                     : mended.at_least                 ? "at least "
-                     : mended.at_most                  ? "at most "
-                                                       : "",
-                     figure_of(mended.factor));
+  return fmt::format("{}{}×", mended.at_least ? "at least " : mended.at_most ? "at most " : "", figure_of(mended.factor));
 }
 
 std::vector<const StressCell*> all_cells(const StressMap& map) {
@@ -132,13 +127,23 @@ Table remedies_table(const std::vector<MendedCell>& cells) {
   table.column("remedy", "remedy", [](const MendedCell& c) { return c.with->record->remedy; });
   table.column("without", "without", [](const MendedCell& c) { return c.without->verdict_text(); });
   table.column("with", "with", [](const MendedCell& c) { return c.with->verdict_text(); });
-  table.column("factor", "threshold moved by", [](const MendedCell& c) { return TableCell(c.factor(), c.text()); });
-  table.data("factor_low", [](const MendedCell& c) { return c.mended.interval.low; });
-  table.data("factor_high", [](const MendedCell& c) { return c.mended.interval.high; });
+  table.column("factor", "threshold moved by",
+               [](const MendedCell& c) { return c.mended.is_known() ? TableCell(c.factor(), c.text()) : TableCell(); });
+  table.data("factor_low",
+             [](const MendedCell& c) { return c.mended.is_known() ? TableCell(c.mended.interval.low) : TableCell(); });
+  table.data("factor_high", [](const MendedCell& c) {
+    return std::isfinite(c.mended.interval.high) ? TableCell(c.mended.interval.high) : TableCell();
+  });
   table.column(
-      "interval", "95 %", [](const MendedCell& c) { return format_interval(c.mended.interval.low, c.mended.interval.high); },
+      "interval", "95 %",
+      [](const MendedCell& c) {
+        return c.mended.is_known() ? format_interval(c.mended.interval.low, c.mended.interval.high) : "";
+      },
       Audience::people);
-  table.note("Above 1: towards harm. A threshold at an end of the range bounds the factor from one side.");
+  table.note(
+      "Above 1: towards harm. A threshold at an end of the range bounds the factor from one side; where both lie at the same "
+      "end "
+      "nothing is known of it.");
   return table.take();
 }
 
