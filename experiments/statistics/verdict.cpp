@@ -34,6 +34,7 @@ std::string_view verdict_name(Verdict verdict) {
 }
 
 Verdict judge(double value, const Interval& measured, const Expected& expected, std::optional<double> no_effect) {
+  if (expected.is_value() && expected.low == no_effect) return judge_within(value, measured, expected);  // none is expected
   if (no_effect && expected.low >= *no_effect) return judge_above(measured, {expected.low, expected.high}, *no_effect);
   if (no_effect && expected.high <= *no_effect)
     return judge_above({-measured.high, -measured.low}, {-expected.high, -expected.low}, -*no_effect);

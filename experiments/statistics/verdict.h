@@ -8,7 +8,7 @@
 //   undecided  the spread reaches from no effect into the expected interval, or is not known
 //   depends    several predictions, whose verdicts differ
 //
-// What has no direction (a count, a share, or little effect: an interval around none) is confirmed where the measured value
+// What has no direction (a count, a share, no effect, or little: an interval around none) is confirmed where the measured value
 // lies in the expected interval, or the measured interval holds the expected value; undecided where only the two intervals
 // meet; refuted otherwise.
 //

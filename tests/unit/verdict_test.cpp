@@ -41,6 +41,8 @@ TEST(Verdicts, LittleEffectIsConfirmedWithinAndRefutedWithout) {
   EXPECT_EQ(factor(0.99, 1.005, 0, 1.01), Verdict::confirmed);
   EXPECT_EQ(factor(1.02, 1.03, 0, 1.01), Verdict::refuted);
   EXPECT_EQ(factor(0.9, 1.5, 0, 1.01), Verdict::undecided) << "the spread alone reaches it";
+  EXPECT_EQ(factor(0.98, 1.03, 1, 1), Verdict::confirmed) << "none is expected";
+  EXPECT_EQ(factor(1.02, 1.03, 1, 1), Verdict::refuted);
 }
 
 TEST(Verdicts, ShorterTimeThanExpectedIsStronger) {
