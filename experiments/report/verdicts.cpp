@@ -184,13 +184,13 @@ std::string short_name(const SceneData& scene, const Configuration& configuratio
   return shared || configuration.shown_integrator != configuration.integrator ? configuration.shown_integrator : word;
 }
 
-// Whether the seeds tell the first from the next.
-bool is_clear(const ReportData& data, const SceneData& scene, const std::vector<Contender>& ranked) {
+// Whether the seeds tell the first from the next; nothing where there are too few of them.
+std::optional<bool> is_clear(const ReportData& data, const SceneData& scene, const std::vector<Contender>& ranked) {
   const auto errors = [&](std::size_t i) {
     return values_at(*ranked[i].configuration, data.main_metric(), scene.common_time_s);
   };
   const auto ratio = geometric_ratio(errors(1), errors(0));
-  return ratio && ratio->interval.low > 1;
+  return ratio ? std::optional(ratio->interval.low > 1) : std::nullopt;
 }
 
 std::string at_times(double earliest_s, double latest_s) {
@@ -232,7 +232,7 @@ std::string who_leads(const std::vector<Lead>& leads, std::string_view does, std
 std::string images_answer(const ReportData& data) {
   if (data.empty() || data.is_signed(data.main_metric())) return {};
   std::vector<Lead> leads;
-  std::size_t clear = 0;
+  std::size_t clear = 0, told = 0;
   double earliest = 0, latest = 0;
   std::string alone;
   for (const SceneData& scene : data.scenes) {
@@ -247,11 +247,14 @@ std::string images_answer(const ReportData& data) {
     earliest = leads.empty() ? scene.common_time_s : std::min(earliest, scene.common_time_s);
     latest = std::max(latest, scene.common_time_s);
     leads.push_back({short_name(scene, *ranked[0].configuration), shown_scene(scene.name)});
-    clear += is_clear(data, scene, ranked);
+    const auto is = is_clear(data, scene, ranked);
+    told += is.has_value();
+    clear += is.value_or(false);
   }
   if (leads.empty()) return alone;
   const std::string does = fmt::format("has the least {} {}", data.main_metric(), at_times(earliest, latest));
-  return fmt::format("{}; beyond noise on {} of {}", who_leads(leads, does, "scenes"), clear, leads.size());
+  return who_leads(leads, does, "scenes") + (told == 0 ? "; too few seeds to tell that from noise"
+                                                       : fmt::format("; beyond noise on {} of {}", clear, leads.size()));
 }
 
 std::string structures_answer(const RunLog& log) {

@@ -320,6 +320,13 @@ TEST(Summary, NamesTheLeaderAndItsMargin) {
   EXPECT_NE(text.find("Next comes path"), std::string::npos) << text;
 }
 
+TEST(Answers, SayWhetherSeedsTellTheFirstFromTheNext) {
+  RunLog log = small_log();
+  EXPECT_NE(images_answer(arrange(log)).find("; beyond noise on 1 of 1"), std::string::npos) << images_answer(arrange(log));
+  std::erase_if(log.cells, [](const CellRecord& cell) { return cell.cell.seed > 1; });
+  EXPECT_NE(images_answer(arrange(log)).find("; too few seeds to tell"), std::string::npos) << images_answer(arrange(log));
+}
+
 TEST(Summary, OfALogWithoutCellsSaysSo) {
   EXPECT_NE(summary_table({}).find("no finished cell"), std::string::npos);
   RunLog failed;
