@@ -34,6 +34,13 @@ std::string key_of(const Configuration& configuration) {
   return chooses(configuration) ? std::string(chooser) : configuration.integrator + " " + configuration.accel;
 }
 
+// What the seeds chose, each once.
+std::string choices_of(const Configuration& configuration) {
+  std::vector<std::string> choices;
+  for (const Replicate& replicate : configuration.replicates) index_in(choices, replicate.cell->chosen);
+  return fmt::format("{}", fmt::join(choices, "; "));
+}
+
 // A scene at a time.
 struct Contest {
   const SceneData* scene;
@@ -106,7 +113,7 @@ Table contests_table(const std::vector<Contest>& contests) {
   table.column("time_s", "at time", [](const Contest& c) { return TableCell(c.time_s, format_seconds(c.time_s)); });
   table.column("best", "best", [](const Contest& c) { return NameCell(c.best->shown_integrator, c.best->integrator); });
   table.column("least_error", "its error", [](const Contest& c) { return c.errors.at(c.best); });
-  table.column("chosen", "chosen", [](const Contest& c) { return c.chosen->any_cell()->chosen; });
+  table.column("chosen", "chosen", [](const Contest& c) { return choices_of(*c.chosen); });
   table.column("regret", "regret", [](const Contest& c) {
     const auto regret = c.regret(*c.chosen);
     return regret ? times_cell(*regret) : TableCell();

@@ -46,6 +46,13 @@ TEST(Regret, IsTheErrorOverTheLeastAtTheTimeThatWasChosenFor) {
   EXPECT_TRUE(well_formed(to_svg(report.figures[0].figures[0])));
 }
 
+TEST(Regret, NamesEveryMethodThatASeedChose) {
+  RunLog log = log_with_choices();
+  log.cells.back().chosen = "path";
+  const KindReport report = regret_report(arrange(log));
+  EXPECT_EQ(cell_of(report.tables.at(0), 0, "chosen"), "sppm; path");
+}
+
 TEST(Regret, IsNotToldWhereNothingWasChosen) {
   const RunLog log = small_log();
   EXPECT_TRUE(regret_report(arrange(log)).tables.empty());
