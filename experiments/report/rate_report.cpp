@@ -149,11 +149,13 @@ Predictions exponent_predictions(const std::vector<FittedRate>& rates) {
     predictions.notes.push_back(
         "Of points in the window that are not above zero there is no logarithm: a fit to the others is too flat, and "
         "undecided.");
+  const auto intervals =
+      std::ranges::count_if(rates, [](const FittedRate& rate) { return rate.fit && rate.fit->exponent_interval; });
   predictions.notes.push_back(
       fmt::format("{} † fewer than ten seeds. ‡ the interval is wider than half of theory's exponent, and says little.",
-                  rates.size() == 1 ? "An interval of 95 % misses the truth by chance once in twenty."
-                                    : fmt::format("Of {} intervals of 95 %, about {:.1f} miss the truth by chance.",
-                                                  rates.size(), 0.05 * static_cast<double>(rates.size()))));
+                  intervals < 2 ? "An interval of 95 % misses the truth by chance once in twenty."
+                                : fmt::format("Of {} intervals of 95 %, about {:.1f} miss the truth by chance.", intervals,
+                                              0.05 * static_cast<double>(intervals))));
   return predictions;
 }
 

@@ -167,6 +167,7 @@ TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
   const std::string table = to_markdown(predictions_table(predictions));
   EXPECT_NE(table.find("-1/2"), std::string::npos);
   EXPECT_NE(table.find("†"), std::string::npos) << "three seeds are few";
+  EXPECT_NE(table.find("Of 2 intervals of 95 %"), std::string::npos) << table;
   for (const Figure& figure : rate_figures(rates)) {
     EXPECT_TRUE(well_formed(to_svg(figure)));
     EXPECT_EQ(to_svg(figure).find("nan"), std::string::npos);
@@ -222,7 +223,9 @@ TEST(Rates, WhatCannotBeFittedSaysWhy) {
   EXPECT_NE(rates[0].problem.find("0 of 8 points"), std::string::npos);
   EXPECT_NE(rates[1].problem.find("image"), std::string::npos);
   EXPECT_NE(rates[2].problem.find("'edge' was not logged"), std::string::npos);
-  EXPECT_NE(to_markdown(predictions_table(exponent_predictions(rates))).find("was not logged"), std::string::npos);
+  const std::string table = to_markdown(predictions_table(exponent_predictions(rates)));
+  EXPECT_NE(table.find("was not logged"), std::string::npos);
+  EXPECT_EQ(table.find("Of 3 intervals"), std::string::npos) << "there is none";
 }
 
 class RatesRun : public ProgramTest {};
