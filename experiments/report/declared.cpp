@@ -29,8 +29,6 @@ std::vector<const Configuration*> exactly_measured(const ReportData& data) {
   return configurations;
 }
 
-constexpr double rounded_by = 1e-6;  // of the radiance: what single precision leaves of pixels that have no noise
-
 struct Coverage {
   const char *name, *text;
   double least;  // of normal errors
@@ -87,7 +85,7 @@ Predictions bias_predictions(const ReportData& data) {
                          .kind = FigureKind::share,
                          .expected = Expected{0 - cell.bias_bound, cell.bias_bound}};
     row.measure(centre, Interval{centre - sigmas * error, centre + sigmas * error});
-    const double least = std::max(0.0, std::abs(centre) - sigmas * error);
+    const double least = std::max(0.0, std::abs(centre) - sigmas * error - rounded_by);
     row.verdict = judge(least, {least, least}, *row.expected, {});
     row.details = {{"seeds", biases.size()},
                    {"iterations", configuration.replicates.front().last()->iterations},
@@ -97,9 +95,9 @@ Predictions bias_predictions(const ReportData& data) {
   if (!predictions.rows.empty())
     predictions.notes.push_back(fmt::format(
         "Bias: on scenes with a closed form, {} seeds or more, with {:g} standard errors over the seeds on either side, of "
-        "which the least bias is judged; a consistent method that declares no figure has none to spare, however few its "
-        "iterations.",
-        fewest_seeds, sigmas));
+        "which the least bias is judged, less {:g} of rounding; a consistent method that declares no figure has none to spare, "
+        "however few its iterations.",
+        fewest_seeds, sigmas, rounded_by));
   return predictions;
 }
 

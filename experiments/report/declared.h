@@ -11,6 +11,8 @@
 
 namespace etendue {
 
+inline constexpr double rounded_by = 1e-6;  // of the radiance: what single precision leaves of what has no noise
+
 struct ReferenceRecord;
 struct ReportData;
 

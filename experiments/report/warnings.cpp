@@ -77,7 +77,7 @@ void warn_of_bias(const ReportData& data, Warnings& warnings) {
   for (const auto& [configuration, floor] : tested) {
     const auto [centre, interval, spread, count] = signed_estimate(final_values(*configuration, "bias"), confidence);
     const double half = widened_by(*configuration, floor) * (interval.high - centre);
-    if (std::abs(centre) > half)
+    if (std::abs(centre) > half + rounded_by)
       warn(warnings,
            "{}: {} is declared unbiased, but its mean differs from the reference's by {} % ({} to {} %, at 95 % over all {} "
            "such tests together).",

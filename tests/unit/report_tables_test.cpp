@@ -367,6 +367,18 @@ TEST(BiasPredictions, JudgeMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors)
   }));
 }
 
+TEST(BiasPredictions, RoundingIsNoBias) {
+  RunLog log;
+  log.references.push_back(reference("builtin:furnace"));
+  add_cells(log, "builtin:furnace", {.integrator = "path"}, 3);
+  for (CheckpointRecord& record : log.checkpoints) record.metrics["bias"] = -2.4e-8;  // of every seed
+  EXPECT_EQ(bias_predictions(arrange(log)).rows.at(0).verdict, Verdict::confirmed);
+  for (const std::string& warning : warnings_of(arrange(log)))
+    EXPECT_EQ(warning.find("declared unbiased"), std::string::npos) << warning;
+  for (CheckpointRecord& record : log.checkpoints) record.metrics["bias"] = -2.4e-5;
+  EXPECT_EQ(bias_predictions(arrange(log)).rows.at(0).verdict, Verdict::refuted);
+}
+
 // The least of signed figures is none of errors.
 TEST(Elsewhere, BestBiasHereIsTheOneNearestToZero) {
   RunLog log;
