@@ -153,14 +153,17 @@ const checks = {
     await page.goto(url.replace('report.html', 'beside.html'));
     await page.waitForFunction(ready);
     assert.deepEqual(await picture(), expected);
-    const [reference, first, second, last] = await page.evaluate(async () => {
-      const viewer = viewers.get(1), looks = [];
+    const [reference, first, second, last, ...names] = await page.evaluate(async () => {
+      const viewer = viewers.get(1), looks = [], names = [];
       for (const [left, frame] of [[0, 2], [1, 0], [1, 1], [1, 2]]) {
         await viewer.set({left, frame});
         looks.push(viewer.panes[0].pixels.toDataURL());
+        names.push(viewer.parts.leftName.textContent);
       }
-      return looks;
+      return [...looks, ...names];
     });
+    assert(names[1].endsWith(' (after 0.1 s)') && names[2].endsWith(' (after 2.1 s)'), 'a name says which image it is of');
+    assert(names[3].includes('relmse'), names[3]);
     assert.equal(first, reference, 'the image at the first checkpoint, which here is the reference');
     assert(second !== first && last !== second && last !== first);
     await page.goto(url);

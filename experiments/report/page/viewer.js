@@ -61,7 +61,10 @@ class Viewer {
     for (const [name, value] of Object.entries(controls)) parts[name].value = value;
     parts.ev.textContent = (this.ev > 0 ? '+' : '') + this.ev + ' EV';
     parts.at.textContent = this.frame < this.times.length ? figure3(this.times[this.frame]) + ' s' : 'end';
-    const named = image => image.label + (image.detail ? ' (' + image.detail + ')' : '');
+    const named = image => {  // the detail is of the last image
+      const frame = this.frameOf(image), detail = frame ? 'after ' + figure3(frame.time) + ' s' : image.detail;
+      return image.label + (detail ? ' (' + detail + ')' : '');
+    };
     parts.leftName.textContent = named(this.shown);
     parts.rightName.textContent = named(images[this.right]);
     parts.exr.hidden = !this.shown.exr;
