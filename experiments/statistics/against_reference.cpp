@@ -73,7 +73,7 @@ void find_worst_block(std::span<const Image> images, const Image& reference, dou
     const double expected = mean_over(reference, begin, end);
     if (!(expected > 1e-3 * level)) return;
     const Moments m = moments(images.size(), [&](std::size_t i) { return mean_over(images[i], begin, end) / expected; });
-    if (std::abs(m.mean - 1) < std::abs(result.worst.ratio - 1) && result.worst.ratio != 0) return;
+    if (std::abs(m.mean - 1) <= std::abs(result.worst.ratio - 1)) return;
     result.worst = {at, m.mean, std::sqrt(m.variance / static_cast<double>(images.size()))};
   });
 }

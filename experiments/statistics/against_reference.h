@@ -33,7 +33,7 @@ struct AgainstReference {
   dvec3 channel_ratio{0};             // of each channel's mean; 1 where both are black
   struct Block {
     ivec2 at{0};  // among the 8 x 8
-    double ratio = 0, error = 0;
+    double ratio = 1, error = 0;
   } worst;                     // the block whose mean differs most, of those that hold a thousandth of the light at least
   double relmse_of_bias = 0;   // of the images' expectation: without what noise adds; may fall below 0 by its own noise
   double relmse_of_noise = 0;  // of one image: its variance

@@ -53,6 +53,15 @@ TEST(AgainstReference, WhatDiffersIsFound) {
   EXPECT_LT(found.largest_at.x, side / 2);
 }
 
+TEST(AgainstReference, ABlockWithoutAnyLightIsTheWorst) {
+  Image image = even(1);
+  for (int y = 0; y < side / 4; ++y)
+    for (int x = 0; x < side / 4; ++x) image.at(x, y) = dvec3(0);
+  const AgainstReference found = hold_against(std::vector<Image>(4, image), even(1), 1 << 20);
+  EXPECT_EQ(found.worst.ratio, 0);
+  EXPECT_EQ(found.worst.at, ivec2(0)) << "the first of those that are as bad";
+}
+
 TEST(AgainstReference, SmallDifferencesPass) {
   EXPECT_TRUE(hold_against(std::vector<Image>(4, even(1.0005)), even(1), 1 << 20).agrees());
   EXPECT_FALSE(hold_against(std::vector<Image>(4, even(1.002)), even(1), 1 << 20).agrees());
