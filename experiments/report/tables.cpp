@@ -238,8 +238,8 @@ void add_labels(FinalTable& table, const ReportData& data) {
 void add_final_notes(FinalTable& table, const ReportData& data) {
   table.note(
       "The time at which methods are compared is the latest that every seed of every configuration of the scene reached; each "
-      "seed has the image of its last whole iteration then (between checkpoints its error is interpolated over iterations). The "
-      "error is the geometric mean over seeds, in brackets its 95 % Student interval (from three seeds on; of two the "
+      "seed has the image of its last whole iteration then, whose error is interpolated over iterations between checkpoints. "
+      "The figure is the geometric mean over seeds, in brackets its 95 % Student interval (from three seeds on; of two the "
       "extremes).");
   table.note(
       "The target is the error that at least half of the configurations reach by that time, rounded up to 1, 2 or 5; the time "
@@ -250,7 +250,9 @@ void add_final_notes(FinalTable& table, const ReportData& data) {
       "p against the first: Mann and Whitney's test by ranks of the seeds' errors then and those of the scene's first row, "
       "two-sided. ‡ fewer than nine seeds of either: the least that p can be is 0.33 for two, 0.1 for three, 0.029 for four of "
       "each, which several comparisons at a time use up.");
-  table.note("Costs and metrics are medians over seeds at the last checkpoint, in brackets the 5th and 95th percentile.");
+  table.note(
+      "Costs and metrics are medians over seeds at the last checkpoint, in brackets the 5th and 95th percentile. The peak of "
+      "memory is that of the process, with all scenes of the run.");
   table.note(
       "The measured exponent is the slope of the mean squared error over iterations (the reference's variance subtracted), "
       "over the later half of the ladder in logarithms, of weighted least squares; the interval is a 95 % percentile bootstrap "
