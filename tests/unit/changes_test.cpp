@@ -55,6 +55,19 @@ TEST(Changes, ErrorsAtAnotherTimeAreNotCompared) {
   EXPECT_TRUE(compare_tables(at(10, 1), at(5, 2)).empty());
 }
 
+// One seed tells nothing of noise, and two have extremes alone.
+TEST(Changes, FiguresOfOneSeedHaveNoInterval) {
+  const auto of = [](const char* interval, double error) {
+    Table table{"final", "Errors", {}, {}, {}, {}};
+    table.columns = {{"method", "method", false}, {"x_mean", ""}, {"x_low", ""}, {"x_high", ""}, {"x_interval", ""}};
+    table.rows.push_back({"sppm", error, error, error, interval});
+    return std::vector{std::move(table)};
+  };
+  EXPECT_EQ(compare_tables(of("t95", 1), of("t95", 2)).size(), 1u);
+  EXPECT_TRUE(compare_tables(of("none", 1), of("none", 2)).empty());
+  EXPECT_TRUE(compare_tables(of("min-max", 1), of("t95", 2)).empty());
+}
+
 TEST(Changes, ThoseByTheLargestFactorsAreKeptAndAllAreCounted) {
   std::vector<Row> before, after;
   for (int i = 0; i < 80; ++i) {

@@ -63,7 +63,7 @@ struct FigureValue {
   double centre, low, high;
 };
 std::optional<FigureValue> figure_in(const std::vector<TableCell>& row, const FigureColumns& columns) {
-  if (columns.what && row[*columns.what].raw == "min-max") return std::nullopt;
+  if (columns.what && row[*columns.what].raw != "t95") return std::nullopt;
   const auto centre = row[columns.centre].order, low = row[columns.low].order, high = row[columns.high].order;
   const auto is_known = [](const std::optional<double>& value) { return value && std::isfinite(*value); };
   return is_known(centre) && is_known(low) && is_known(high) ? std::optional(FigureValue{*centre, *low, *high}) : std::nullopt;
