@@ -41,17 +41,17 @@ TEST(LedgerVerdict, TimeToTheSameErrorDecides) {
 TEST(LedgerVerdict, NoiseAndFewSeedsDecideNothing) {
   LedgerRecord noisy = record_of(1.3, 1);
   for (std::size_t i = 0; i < noisy.trials.size(); ++i) noisy.trials[i].switched_error *= i % 2 == 0 ? 3 : 1.0 / 3;
-  EXPECT_EQ(judge_decision(noisy, 1), LedgerVerdict::no_difference);
+  EXPECT_EQ(judge_decision(noisy, 1), LedgerVerdict::no_gain);
   LedgerRecord few = record_of(2, 2);
   few.trials.resize(2);
-  EXPECT_EQ(judge_decision(few, 1), LedgerVerdict::no_difference);
+  EXPECT_EQ(judge_decision(few, 1), LedgerVerdict::no_gain);
 }
 
 TEST(LedgerVerdict, MoreDecisionsAskForMore) {
   LedgerRecord record = record_of(1.1, 1);
   for (std::size_t i = 0; i < record.trials.size(); ++i) record.trials[i].switched_error *= i % 4 < 2 ? 1.1 : 1 / 1.1;
   EXPECT_EQ(judge_decision(record, 1), LedgerVerdict::earns_its_time);
-  EXPECT_EQ(judge_decision(record, 1000), LedgerVerdict::no_difference);
+  EXPECT_EQ(judge_decision(record, 1000), LedgerVerdict::no_gain);
 }
 
 TEST(LedgerVerdict, BiasIsNotTradedForTime) {
@@ -65,7 +65,7 @@ TEST(LedgerVerdict, TheMethodsExponentTurnsErrorIntoTime) {
   const LedgerRecord record = record_of(1.2, 0.8, "consistent", -0.5);
   EXPECT_NEAR(ledger_figures(record).time_to_error.centre, 1.2 * 1.2 * 0.8, 1e-9);
   EXPECT_EQ(judge_decision(record, 500), LedgerVerdict::earns_its_time);
-  EXPECT_EQ(judge_decision(record_of(1.2, 0.8), 500), LedgerVerdict::no_difference);
+  EXPECT_EQ(verdict_name(judge_decision(record_of(1.2, 0.8), 500)), "no gain beyond noise") << "though both differ";
 }
 
 TEST(LedgerVerdict, ErrorsOfRoundingAreAlike) {

@@ -44,11 +44,11 @@ struct LedgerRecord final : KindRecord {
 //   contradicted     switched, it takes less time to the same error
 //   a trade          of a biased method: one way errs less and the other takes less time, and no time takes the bias away
 //   costs nothing    neither error nor time differs by more than 5 %
-//   no difference    none beyond noise and 5 %
+//   no gain          nor loss of time to the same error beyond noise and 5 %, though error and time may differ each
 //
 // The time to an error is error^(-1 / e) x time, e the exponent at which the method's MSE falls with iterations. What `earns`,
 // `contradicted` and `a trade` ask for is held to a level at which all decisions of a log together err in one of twenty logs.
-enum class LedgerVerdict : std::uint8_t { earns_its_time, costs_nothing, no_difference, trade, contradicted };
+enum class LedgerVerdict : std::uint8_t { earns_its_time, costs_nothing, no_gain, trade, contradicted };
 constexpr std::size_t ledger_verdict_count = 5;
 
 std::string_view verdict_name(LedgerVerdict verdict);

@@ -35,7 +35,7 @@ bool little(const Estimate& e) { return e.spread == Spread::t95 && e.interval.lo
 }  // namespace
 
 std::string_view verdict_name(LedgerVerdict verdict) {
-  constexpr std::string_view names[ledger_verdict_count] = {"earns its time", "costs nothing", "no difference beyond noise",
+  constexpr std::string_view names[ledger_verdict_count] = {"earns its time", "costs nothing", "no gain beyond noise",
                                                             "a trade", "contradicted"};
   return names[static_cast<std::size_t>(verdict)];
 }
@@ -63,7 +63,7 @@ LedgerVerdict judge_decision(const LedgerRecord& record, std::size_t decisions) 
   if (above(strict.time_to_error)) return LedgerVerdict::earns_its_time;
   if (below(strict.time_to_error)) return LedgerVerdict::contradicted;
   const LedgerFigures usual = ledger_figures(record);
-  return little(usual.error) && little(usual.time) ? LedgerVerdict::costs_nothing : LedgerVerdict::no_difference;
+  return little(usual.error) && little(usual.time) ? LedgerVerdict::costs_nothing : LedgerVerdict::no_gain;
 }
 
 namespace {
@@ -156,7 +156,7 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
   table.data("same_images", [](const Component& c) {
     return std::ranges::count_if(c.decisions, [](const Decision& d) { return d.figures.same_images; });
   });
-  constexpr std::array keys{"earns", "nothing", "no_difference", "trade", "contradicted"};
+  constexpr std::array keys{"earns", "nothing", "no_gain", "trade", "contradicted"};
   for (std::size_t i = 0; i < ledger_verdict_count; ++i)
     table.data(keys[i], [i](const Component& c) { return c.count(static_cast<LedgerVerdict>(i)); });
   table.column(
@@ -168,7 +168,8 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
   table.note(
       "Ratios: medians over scenes, with the least and the most; above 1 the program's decision is the better. Earns its time: "
       "switched, the image takes longer to the same error; contradicted: less time; a trade: of a biased method, one way errs "
-      "less and the other takes less time; costs nothing: within 5 %; no difference: none beyond noise and 5 %. Verdicts are "
+      "less and the other takes less time; costs nothing: error and time are within 5 %; no gain: nor loss of time to the same "
+      "error beyond noise and 5 %, though error and time may differ each. Verdicts are "
       "held to a level at which all of them together err in one of twenty logs.");
   return table.take(failed_cells<LedgerRecord>(log));
 }
