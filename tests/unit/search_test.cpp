@@ -120,5 +120,15 @@ TEST(SearchCurves, CrossoversLieWhereLogarithmsMeet) {
   EXPECT_EQ(plots[0].curves[*leader_at(plots[0], 100000)].structure, "grid");
 }
 
+TEST(SearchReport, TheAnswerCountsTheSetsOfOtherStructures) {
+  RunLog log;
+  const char* const fastest[] = {"a", "a", "b", "c", "d", "e"};
+  for (std::size_t i = 0; i < std::size(fastest); ++i) {
+    SearchRecord& record = add_record(log, record_of(100, {{fastest[i], 1}, {"slow", 2}}));
+    record.cell.scene = record.set = "cloud " + std::to_string(i);
+  }
+  EXPECT_EQ(search_report(log).answer, "Fastest at the largest number: within: a in 2 of 6, b in 1, c in 1, others in 2");
+}
+
 }  // namespace
 }  // namespace etendue

@@ -3,7 +3,6 @@
 #include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
-#include "experiments/report/verdicts.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>
@@ -303,14 +302,15 @@ std::string search_answer(const RunLog& log) {
   std::string text;
   for (auto& [measure, wins] : measures) {
     std::ranges::stable_sort(wins, [](const auto& a, const auto& b) { return a.second > b.second; });
+    constexpr std::size_t most_named = 3;
     std::size_t all = 0;
     for (const auto& [structure, count] : wins) all += count;
-    std::vector<std::string> parts;
-    for (const auto& [structure, count] : wins)
-      parts.push_back(parts.empty() ? fmt::format("{} in {} of {}", structure, count, all)
-                                    : fmt::format("{} in {}", structure, count));
-    text +=
-        fmt::format("{}{}: {}", text.empty() ? "Fastest at the largest number: " : "; ", measure, enumerate(parts, ", ", 3));
+    std::string named;
+    for (std::size_t i = 0, left = all; i < wins.size() && i <= most_named; left -= wins[i++].second)
+      named += i == 0           ? fmt::format("{} in {} of {}", wins[i].first, wins[i].second, all)
+               : i < most_named ? fmt::format(", {} in {}", wins[i].first, wins[i].second)
+                                : fmt::format(", others in {}", left);
+    text += fmt::format("{}{}: {}", text.empty() ? "Fastest at the largest number: " : "; ", measure, named);
   }
   return text;
 }
