@@ -17,8 +17,8 @@ struct PointSet {
 // photon lands.
 PointSet photons_of_scene(const Scene& scene, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
 
-// Two unit squares at a right angle that hold points evenly, and half of all points on a square spot in one of them, whose
-// density is `contrast` times that of the rest; at 1 all are even. One half of the tiles of queries lies on the spot.
+// Two unit squares at a right angle that hold half of the points evenly, and the others on a square spot in one of them, which
+// add `contrast` times that density; at 1 all are even. One half of the tiles of queries lies on the spot.
 PointSet clustered_points(double contrast, std::uint64_t count, std::uint64_t queries, std::uint64_t seed);
 
 struct RecordSet {
