@@ -73,10 +73,10 @@ void set_common_time(SceneData& scene, const std::string& metric, bool with_sign
   std::vector<double> errors;
   for (const Configuration& configuration : scene.configurations)
     if (const auto estimate = estimate_at(configuration, metric, common)) errors.push_back(estimate->centre);
-  if (errors.empty()) return;
+  const std::size_t half = (scene.finished().size() + 1) / 2;
+  if (errors.size() < half) return;
   std::ranges::sort(errors);
-  const double middle = errors[(errors.size() - 1) / 2];
-  if (middle > 0) scene.target_error = round_up_nicely(middle);
+  if (const double reached = errors[half - 1]; reached > 0) scene.target_error = round_up_nicely(reached);
 }
 
 void name_files(std::vector<SceneData>& scenes) {

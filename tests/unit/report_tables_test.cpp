@@ -51,6 +51,15 @@ TEST(ReportData, CommonTimeIsTheBudgetThatEndedTheCells) {
   EXPECT_EQ(estimate_at(configurations[3], "relmse", 13), std::nullopt);
 }
 
+TEST(ReportData, TheTargetIsReachedByHalfOfAllConfigurations) {
+  RunLog log = small_log();
+  log.manifests.front().budget_s = 13;
+  add_cells(log, "builtin:room", {"too-slow", "sah", 14, 0.1, -1, 1}, 3);
+  EXPECT_EQ(arrange(log).scenes[0].target_error, 0.01) << "path and sppm, of three, are below";
+  for (const char* name : {"slower", "slowest"}) add_cells(log, "builtin:room", {name, "sah", 15, 0.1, -1, 1}, 3);
+  EXPECT_EQ(arrange(log).scenes[0].target_error, 0) << "three of five have no image by then";
+}
+
 TEST(ReportData, AnImageWithoutAValueHoldsNone) {
   RunLog log = small_log();
   add_cells(log, "builtin:room", {"overflows", "sah", 3.5, 1, -1, 2}, 3);
