@@ -107,7 +107,7 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
   return losses;
 }
 
-Table contests_table(const std::vector<Contest>& contests) {
+Table contests_table(const ReportData& data, const std::vector<Contest>& contests) {
   TableOf<Contest> table("regret", "Error over the least of all methods, by scene and time", contests);
   table.column("scene", "scene", [](const Contest& c) { return c.scene->name; });
   table.column("time_s", "at time", [](const Contest& c) { return TableCell(c.time_s, format_seconds(c.time_s)); });
@@ -122,6 +122,7 @@ Table contests_table(const std::vector<Contest>& contests) {
       "Regret is the error over the least that any one method has at that time, both geometric means over seeds and at "
       "least {:.0e}.",
       least_error));
+  if (!data.noisy_references().empty()) table.note(noise_in_ratios);
   return table.take();
 }
 
@@ -175,7 +176,7 @@ KindReport regret_report(const ReportData& data) {
   if (contests.empty()) return {};
   const std::vector<Loss> losses = find_losses(data, contests);
   KindReport report{.id = "regret", .heading = "Regret"};
-  report.tables = {contests_table(contests), losses_table(losses)};
+  report.tables = {contests_table(data, contests), losses_table(losses)};
   const auto chosen = std::ranges::find_if(losses, &Loss::chooses);
   const auto next = std::ranges::find_if(losses, [](const Loss& loss) { return !loss.chooses; });
   const auto times = [](double regret) {

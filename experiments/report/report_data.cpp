@@ -123,6 +123,13 @@ std::vector<const Configuration*> ReportData::finished() const {
   return found;
 }
 
+std::vector<std::string> ReportData::noisy_references() const {
+  std::vector<std::string> names;
+  for (const SceneData& scene : scenes)
+    if (scene.reference != nullptr && scene.reference->mse_floor > 0) names.push_back(scene.name);
+  return names;
+}
+
 const CellRecord* Configuration::any_cell() const {
   for (const Replicate& replicate : replicates)
     if (replicate.cell != nullptr) return replicate.cell;

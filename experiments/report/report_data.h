@@ -63,7 +63,13 @@ struct ReportData {
   bool empty() const { return metrics.empty(); }
   const std::string& main_metric() const { return metrics.front(); }  // relmse where it was logged
   bool is_signed(const std::string& metric) const { return signed_metrics.contains(metric); }
+  // The scenes whose references have noise of their own, which is part of every error.
+  std::vector<std::string> noisy_references() const;
 };
+
+// For people, beneath ratios of errors where there are such references.
+inline constexpr const char* noise_in_ratios =
+    "Errors against rendered references hold the noise of these, which brings ratios nearer to 1.";
 
 // Keeps pointers into `log`.
 ReportData arrange(const RunLog& log);

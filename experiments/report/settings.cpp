@@ -77,7 +77,7 @@ void find_shortfalls(MethodSettings& method, const std::string& metric) {
   }
 }
 
-Table settings_table(const std::vector<MethodSettings>& methods) {
+Table settings_table(const ReportData& data, const std::vector<MethodSettings>& methods) {
   TableOf<MethodSettings> table("settings", "Error of defaults over the least of all settings", methods);
   table.column("scene", "scene", [](const MethodSettings& m) { return m.scene->name; });
   table.column("method", "method", [](const MethodSettings& m) { return method_of(*m.defaults); });
@@ -90,6 +90,7 @@ Table settings_table(const std::vector<MethodSettings>& methods) {
   table.column("at_end", "at the end", [](const MethodSettings& m) { return times_cell(m.shortfalls.back().ratio); });
   table.note(fmt::format("Errors are compared at {} times, from a {}th of the time that all runs had on.",
                          halvings * steps_per_halving + 1, 1 << halvings));
+  if (!data.noisy_references().empty()) table.note(noise_in_ratios);
   return table.take();
 }
 
@@ -114,6 +115,7 @@ Figure settings_figure(const std::vector<MethodSettings>& methods) {
       if (std::isfinite(shortfall.ratio)) line.points.emplace_back(shortfall.time_s, shortfall.ratio);
     line.style(figure.panels.back().series.size() - 1);
   }
+  figure.notes = {"No mark: the defaults have no image yet."};
   return figure;
 }
 
@@ -137,7 +139,7 @@ KindReport settings_report(const ReportData& data) {
       median(worst), std::isfinite(most.worst().ratio) ? fmt::format("{:.2f} times", most.worst().ratio) : "without limit",
       method_of(*most.defaults), most.scene->name, format_seconds(most.worst().time_s), most.worst().best->shown_integrator);
   report.section = fmt::format("<p>{}</p>\n", escape_html(report.answer));
-  report.tables = {settings_table(methods)};
+  report.tables = {settings_table(data, methods)};
   report.figures = {{"Over time", {settings_figure(methods)}}};
   return report;
 }

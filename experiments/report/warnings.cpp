@@ -50,6 +50,10 @@ void warn_of_references(const ReportData& data, Warnings& warnings) {
            scene.name, format_figure(scene.reference->mse_floor), format_figure(100 * share),
            format_short(100 * floor_share_limit));
   }
+  if (const auto noisy = data.noisy_references(); !noisy.empty() && std::ranges::count(data.metrics, "mse") == 0)
+    warn(warnings,
+         "{}: {} noise of its own, and no mse was logged to hold it against: how much of each error that is, nobody knows.",
+         enumerate(noisy, ", ", 4), noisy.size() == 1 ? "the reference has" : "each reference has");
   for (const std::string& scene : data.conflicts)
     warn(warnings,
          "{}: the merged logs measured different versions or sizes of this scene, or against different references; their "

@@ -24,6 +24,15 @@ TEST(Warnings, NoisyReferenceIsFlaggedAboveOnePercent) {
   EXPECT_TRUE(warns(log, "own variance"));
 }
 
+TEST(Warnings, NoiseThatNothingIsHeldAgainstIsFlagged) {
+  RunLog log = small_log();
+  for (CheckpointRecord& record : log.checkpoints) record.metrics.erase("mse");
+  EXPECT_FALSE(warns(log, "no mse was logged"));
+  log.references[0].mse_floor = 1e-6;
+  EXPECT_TRUE(warns(log, "builtin:room: the reference has noise of its own, and no mse was logged"));
+  EXPECT_FALSE(warns(small_log(), "no mse was logged"));
+}
+
 TEST(Warnings, WhatTheReadersFoundIsSaid) {
   RunLog log = small_log();
   const std::string scene = log.references[0].scene;

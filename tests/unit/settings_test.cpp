@@ -23,6 +23,9 @@ TEST(Settings, AreComparedWithTheDefaultsOfTheSameMethodAtEachTime) {
   EXPECT_NEAR(std::stod(cell_of(report.tables[0], "worst_time_s")), 0.2, 1e-6);
   EXPECT_EQ(std::stod(cell_of(report.tables[0], "at_end")), 1);
   EXPECT_TRUE(well_formed(to_svg(report.figures.at(0).figures.at(0))));
+  EXPECT_EQ(to_markdown(report.tables[0]).find(noise_in_ratios), std::string::npos);
+  log.references.push_back(reference("builtin:room", 1e-6));
+  EXPECT_NE(to_markdown(settings_report(arrange(log)).tables[0]).find(noise_in_ratios), std::string::npos);
 }
 
 TEST(Settings, AreNotComparedWhereSomeMethodStandsAlone) {
