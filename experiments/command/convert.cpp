@@ -1,7 +1,6 @@
 // `etendue convert`: a scene of any kind as a pbrt file, with its meshes and images beside it.
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/command/render_files.h"
 #include "experiments/log/json_line.h"
 #include "framework/io/load_scene.h"
 #include "framework/io/pbrt/write.h"
@@ -22,7 +21,7 @@ void check_output(const ConvertCommand& command) {
   const Location where{command.output};
   if (fs::path(command.output).extension() != ".pbrt" || fs::path(command.output).stem().empty())
     throw Error(where, "unknown scene format; expected a name that ends in .pbrt");
-  check_outputs({{"OUT", command.output}});
+  check_writable(command.output, {"OUT " + command.output});
   std::error_code ignored;
   if (fs::equivalent(command.scene, command.output, ignored)) throw Error(where, "is the scene itself; expected another file");
 }

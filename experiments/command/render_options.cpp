@@ -1,14 +1,18 @@
 // The options of `etendue render`, and of the image that --from repeats.
-#include "experiments/command/render_files.h"
 #include "experiments/command/rendering.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/surface_images.h"
 #include "framework/core/units.h"
 #include "framework/io/image/exr.h"
+#include "framework/io/whole_file.h"
+#include "integrators/caches/records/cache_file.h"
+#include "integrators/registry.h"
 
 #include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 namespace etendue {
 
@@ -52,6 +56,67 @@ std::string output_path(const RenderCommand& command, const std::string& scene, 
   return slug(scene) + "-" + slug(integrator) + ".exr";
 }
 
+// --- files and caches ---
+
+constexpr std::size_t magic_bytes = 8;  // with which every cache file begins
+
+// Throws Error, with the names of those that do, where an integrator `has` not what an option takes.
+template <class Has>
+void require(const Method& integrator, const std::string& option, const char* lack, const Has& has) {
+  const IntegratorEntry& asked = find_integrator(integrator.name, integrator.where);
+  if (has(*asked.make(integrator.params))) return;
+  // A method may have it with other parameters alone.
+  const bool by_parameters = has(*asked.make({}));
+  std::string names;
+  for (const IntegratorEntry& entry : integrators())
+    if (has(*entry.make({}))) names += (names.empty() ? "" : ", ") + entry.name;
+  throw Error(Location{option},
+              fmt::format("integrator '{}' {}; those that do{}: {}", by_parameters ? integrator.label() : integrator.name, lack,
+                          by_parameters ? ", as they are by default" : "", names));
+}
+
+void require_savable(const Method& integrator, const std::string& option) {
+  require(integrator, option, "keeps no cache that can be saved",
+          [](Integrator& i) { return i.cache() && i.cache()->savable(); });
+}
+
+void require_cache(const Method& integrator, const std::string& option, const char* lacks) {
+  require(integrator, option, lacks, [](Integrator& i) { return i.cache() != nullptr; });
+}
+
+// Throws Error where it cannot be read, or does not begin as a cache does.
+std::string read_cache_bytes(const std::string& path) {
+  const Location where{path};
+  std::error_code error;
+  const bool regular = std::filesystem::is_regular_file(path, error);  // before it is opened: a FIFO would wait
+  std::ifstream file;
+  if (regular) file.open(path, std::ios::binary);
+  if (!regular || !file) throw Error(where, "cannot be read; expected a file that --save-cache wrote");
+  const std::string magic = make_cache_file({}, {}).substr(0, magic_bytes);
+  std::string bytes(magic_bytes, '\0');
+  if (!file.read(bytes.data(), magic_bytes) || bytes != magic)
+    throw Error(where, "not a cache; expected a file that --save-cache wrote");
+  bytes.append(std::istreambuf_iterator<char>{file}, std::istreambuf_iterator<char>{});
+  if (file.bad()) throw Error(where, "cannot be read to its end");
+  return bytes;
+}
+
+// The integrator that a cache was made by, where none is named ("" in `integrator`), and each of its parameters that is not
+// given. Throws Error where the file is not a whole cache, or of another integrator.
+void complete_from_cache(std::string_view bytes, const std::string& path, Method& integrator) {
+  const CacheKey key = open_cache_file(bytes, Location{path}).key;
+  if (integrator.name.empty()) integrator = {key.integrator, integrator.params, {path}};
+  const IntegratorEntry& entry = find_integrator(integrator.name, integrator.where);
+  if (key.integrator != entry.name)
+    throw Error(Location{path}, fmt::format("a cache of integrator '{}', not of '{}'", key.integrator, entry.name));
+  for (const ParamInfo& info : entry.params) {
+    if (info.name == "max_depth") continue;  // the scene's, where none is asked for: a view that states another shall be told
+    const auto value = key.params.find(info.name);
+    if (value != key.params.end() && value->second != info.default_value)
+      integrator.params.try_emplace(info.name, parse_param_value(value->second, Location{path}));
+  }
+}
+
 void check_aovs(const RenderCommand& command, const Rendering& r) {
   std::vector<std::string> names{records_aov, standard_error_aov};
   names.insert(names.end(), surface_image_names().begin(), surface_image_names().end());
@@ -64,17 +129,22 @@ void check_aovs(const RenderCommand& command, const Rendering& r) {
   }
 }
 
-// Files are tried before the rendering, not after it.
+// Files are tried before the rendering, not after it: can each be written, and is each another file?
 void check_files(const RenderCommand& command, const Rendering& r) {
-  std::vector<OutputFile> files;
+  std::vector<std::pair<std::string, std::string>> files;  // options and paths
   if (!r.output.empty()) {
     if (!r.output.ends_with(".exr") && !r.output.ends_with(".png"))
       throw Error(Location{"-o " + r.output}, "unknown image format; expected a name that ends in .exr or .png");
-    files.push_back({"-o", r.output});
+    files.emplace_back("-o", r.output);
   }
-  if (!command.save_cache.empty()) files.push_back({"--save-cache", command.save_cache});
-  for (const std::string& aov : command.aovs) files.push_back({"--aov", aov_path(r.output, aov)});
-  check_outputs(files);
+  if (!command.save_cache.empty()) files.emplace_back("--save-cache", command.save_cache);
+  for (const std::string& aov : command.aovs) files.emplace_back("--aov", aov_path(r.output, aov));
+  std::map<std::string, std::string> options;  // by file
+  for (const auto& [option, path] : files) {
+    const Location where{option + " " + path};
+    if (const auto [other, is_new] = options.emplace(check_writable(path, where), option); !is_new)
+      throw Error(where, fmt::format("the same file as that of {}; expected another", other->second));
+  }
 }
 
 // What the image to repeat was made of; of what is typed, nothing may say otherwise.

@@ -1,4 +1,4 @@
-#include "experiments/command/view.h"
+#include "experiments/command/rendering.h"
 
 #include "framework/core/error.h"
 #include "framework/io/text.h"
