@@ -1,6 +1,5 @@
 // Completion for bash and zsh: the commands and options of the table, and the names that this program knows. Files of
 // experiments and scenes are looked for when a key is pressed.
-#include "experiments/command/command_table.h"
 #include "experiments/command/commands.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/surface_images.h"

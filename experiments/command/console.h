@@ -1,8 +1,10 @@
-// Output for people at a terminal: narration and a progress bar on stderr; stdout is left to data.
+// Output for people at a terminal: narration and a progress bar on stderr, and what errors and interrupts say and exit with;
+// stdout is left to data.
 #pragma once
 
 #include "experiments/run/run.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -80,5 +82,9 @@ void exit_on_interrupt(const char* message);
 // | tee` ends the reader of the messages too.
 void note_interrupt(const char* message, const char* second_message);
 bool interrupted();
+
+// Runs the program and gives its exit status, or after a message on stderr 2 for bad input (Error) and 1 for what the machine
+// refuses: memory, threads, a file, the standard output.
+int guarded(const std::function<int()>& program);
 
 }  // namespace etendue

@@ -1,10 +1,8 @@
 // The `etendue` program: its command line.
 //
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
-#include "experiments/command/command_table.h"
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/command/guard.h"
 #include "experiments/log/manifest.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/memory.h"

@@ -1,5 +1,5 @@
 // The manual page etendue(1) in roff, from the table of commands.
-#include "experiments/command/command_table.h"
+#include "experiments/command/commands.h"
 #include "experiments/log/manifest.h"
 
 #include <fmt/format.h>
