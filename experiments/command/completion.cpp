@@ -1,8 +1,8 @@
 // Completion for bash and zsh: the commands and options of the table, and the names that this program knows. Files of
 // experiments and scenes are looked for when a key is pressed.
 #include "experiments/command/commands.h"
+#include "experiments/report/aov.h"
 #include "experiments/report/report_text.h"
-#include "experiments/report/surface_images.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -22,12 +22,6 @@ struct Candidates {
 
 Candidates scenes() { return {.names = listed_names("scenes"), .endings = scene_files}; }
 
-Candidates aovs() {
-  Candidates aovs{.names = {"records", "standard-error"}};
-  aovs.names.insert(aovs.names.end(), surface_image_names().begin(), surface_image_names().end());
-  return aovs;
-}
-
 // By the names that the table gives to options, to values and to what stands without an option.
 Candidates candidates_for(const OptionRow& option) {
   const auto is = [&](std::string_view name) {
@@ -41,7 +35,7 @@ Candidates candidates_for(const OptionRow& option) {
   if (is("--integrator")) return {.names = listed_names("integrators")};
   if (is("--accel") || is("--structures")) return {.names = listed_names("accels")};
   if (is("--isa")) return {.names = {"sse", "avx2", "avx512"}};
-  if (is("--aov")) return aovs();
+  if (is("--aov")) return {.names = aov_names()};
   if (is("DIR") || option.value == "DIR") return {.endings = "/"};
   if (!option.positional.empty() || option.value.starts_with("FILE") || option.value.starts_with("IMAGE"))
     return {.endings = "*"};

@@ -1,7 +1,6 @@
 // The options of `etendue render`, and of the image that --from repeats.
 #include "experiments/command/rendering.h"
 #include "experiments/report/report_text.h"
-#include "experiments/report/surface_images.h"
 #include "framework/core/units.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/whole_file.h"
@@ -118,8 +117,7 @@ void complete_from_cache(std::string_view bytes, const std::string& path, Method
 }
 
 void check_aovs(const RenderCommand& command, const Rendering& r) {
-  std::vector<std::string> names{records_aov, standard_error_aov};
-  names.insert(names.end(), surface_image_names().begin(), surface_image_names().end());
+  const std::vector<std::string> names = aov_names();
   for (const std::string& aov : command.aovs) {
     const Location where{"--aov " + aov};
     if (std::ranges::find(names, aov) == names.end()) throw Error(where, unknown_name("aov", aov, names));

@@ -4,6 +4,7 @@
 
 #include "experiments/command/commands.h"
 #include "experiments/config/budget.h"
+#include "experiments/report/aov.h"
 #include "experiments/run/recipe.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/parallel.h"
@@ -16,8 +17,6 @@
 #include <vector>
 
 namespace etendue {
-
-inline const std::string records_aov = "records", standard_error_aov = "standard-error";
 
 struct Rendering {
   const RenderCommand& command;

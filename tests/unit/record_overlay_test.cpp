@@ -1,5 +1,5 @@
 // Records drawn over a picture: where rims and centres fall, and that what is hidden does not show.
-#include "experiments/report/record_overlay.h"
+#include "experiments/report/aov.h"
 #include "framework/io/load_scene.h"
 #include "tests/scene_context.h"
 

@@ -1,5 +1,5 @@
 // What the camera sees first: closed forms, misses, and numbers of instances and materials.
-#include "experiments/report/surface_images.h"
+#include "experiments/report/aov.h"
 #include "framework/io/pbrt/pbrt.h"
 #include "framework/scene/builder.h"
 #include "tests/scene_context.h"
