@@ -1,6 +1,6 @@
 #include "experiments/kinds/claims/claims.h"
-#include "experiments/report/page/half_image.h"
 #include "experiments/report/page/html.h"
+#include "experiments/report/page/images.h"
 #include "experiments/report/report.h"
 #include "experiments/report/tables.h"
 #include "experiments/run/run.h"

@@ -1,4 +1,4 @@
-#include "experiments/report/charts/chart_axis.h"
+#include "experiments/report/charts/chart_svg.h"
 
 #include "experiments/report/report_text.h"
 #include "framework/core/check.h"

@@ -1,7 +1,6 @@
 #include "experiments/report/page/html.h"
 
 #include "experiments/report/page/assets.h"
-#include "experiments/report/page/scene_section.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/verdicts.h"
 #include "framework/image/metrics.h"

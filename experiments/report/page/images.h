@@ -15,7 +15,7 @@
 
 namespace etendue {
 
-// What encode_halves (half_image.h) wrote: in the page, or in a file beside it. Both are empty where there is none.
+// What encode_halves wrote: in the page, or in a file beside it. Both are empty where there is none.
 struct PixelText {
   std::string in_page, file;
 };
@@ -65,5 +65,17 @@ std::vector<SceneImages> page_images(const ReportData& data, const ImagePlace& p
 std::string colour_among(std::span<const int> colours, double t);
 // Those of viridis ([Smith2015]) at every tenth; it is perceptually uniform, and readable in grey and by the colour-blind.
 std::vector<std::string> viridis_stops();
+
+// Pixels are as the page's viewer reads them (pixels.js): half-floats, which keep noise as it is at 11 significant bits.
+//
+// The half-float nearest to `value` / `unit`, times `unit`; what is too large for one is the largest (65504 units).
+double rounded_to_half(double value, double unit);
+
+// Makes `size.x` x `size.y` pixels, in rows from the top, the text that decodeHalves reads: three planes of half-floats in
+// units of `unit`, each row as differences of its neighbours' bits, all high bytes before all low ones, deflated (zlib), in
+// base64.
+std::string encode_halves(const std::vector<dvec3>& pixels, ivec2 size, double unit);
+// One plane of them, in units of 1.
+std::string encode_halves(const std::vector<double>& values, ivec2 size);
 
 }  // namespace etendue

@@ -1,4 +1,4 @@
-#include "experiments/report/page/scene_section.h"
+#include "experiments/report/page/html.h"
 
 #include "experiments/log/json_line.h"
 #include "experiments/report/report_text.h"
