@@ -1,7 +1,7 @@
 // Pixels of the viewer: half-floats as the page or files beside it hold them, tone mapping, and maps of error.
 //
 // An image is 3 planes of half-floats (a map of FLIP, which takes C++ to compute, is one), in units that are a power of two so that white lies near 1. Each row holds differences of
-// neighbours' bits, all high bytes come before all low bytes, deflated, in base64 (encode_halves in half_image.cpp).
+// neighbours' bits, all high bytes come before all low bytes, deflated, in base64 (encode_halves in images.cpp).
 
 const halfValues = new Float32Array(65536);
 for (let bits = 0; bits < 65536; ++bits) {
