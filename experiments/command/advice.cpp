@@ -87,13 +87,11 @@ double noise_of(const Image& a, const Image& b) {
 
 std::optional<MeasuredNoise> try_out(const Scene& scene, const SceneNeeds& needs, const Advice& advice, int threads) {
   const Method accel{advice.structure.name, advice.structure.params}, method{advice.method.name, advice.method.params};
-  Budget budget;
-  budget.time_s = trial_s;
+  const Budget budget{.time_s = trial_s};
   const CellResult one = run_cell({scene, needs, accel, method, 1, scene.resolution, budget, threads});
   // The other goes on to a second iteration at least: the first alone does not tell its time from that of preparation.
   const std::uint64_t iterations = one.checkpoints.back().iterations;
-  Budget same;
-  same.samples = std::max<std::uint64_t>(2, iterations);
+  const Budget same{.samples = std::max<std::uint64_t>(2, iterations)};
   CellTask again{scene, needs, accel, method, 2, scene.resolution, same, threads};
   again.keep_images = iterations == 1;
   const CellResult two = run_cell(again);

@@ -245,9 +245,7 @@ int inspect_command(const InspectCommand& command) {
   std::optional<Advice> advice;
   if (command.pilot) {
     Console console;
-    Budget budget;
-    budget.time_s = command.time_s;
-    budget.error = command.error;
+    Budget budget{.time_s = command.time_s, .error = command.error};
     if (!budget.time_s && !budget.error) budget.time_s = default_advice_s;
     console.status("a pilot and two trials");
     advice = advise(scene, needs, budget, available_threads(command.threads, console));

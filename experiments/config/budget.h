@@ -20,10 +20,13 @@ struct CheckpointLadder {
 
 // Limits of a cell: the first one reached ends it.
 struct Budget {
-  std::optional<double> time_s;          // structure, preparation and iterations
-  std::optional<std::uint64_t> samples;  // iterations
-  std::optional<double> error;           // relmse to reach
-  CheckpointLadder checkpoints;
+  std::optional<double> time_s = {};          // structure, preparation and iterations
+  std::optional<std::uint64_t> samples = {};  // iterations
+  std::optional<double> error = {};           // relmse to reach
+  CheckpointLadder checkpoints = {};
+
+  // So many iterations, measured once, at their end.
+  static Budget of_iterations(std::uint64_t count) { return {.samples = count, .checkpoints = {.linear = 1}}; }
 
   std::string text() const;
   // Share of the budget used up, in [0, 1]; of an error target, where the error is known, as if it fell in proportion to the

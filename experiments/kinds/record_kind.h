@@ -7,6 +7,7 @@
 #include "experiments/kind.h"
 #include "experiments/log/field_list.h"
 #include "experiments/run/record_run.h"
+#include "framework/scene/needs.h"
 
 #include <map>
 
@@ -39,6 +40,18 @@ class RecordKind : public ExperimentKind {
   std::vector<std::string> useless_;
 };
 
+// A scene that was read, and what all work on it starts from.
+struct ScenePlace {
+  ScenePlace(Scene read, const RunPlan& plan)
+      : scene(std::move(read)),
+        needs(scene_needs(scene)),
+        resolution(plan.config.resolution.value_or(scene.resolution)) {}
+
+  Scene scene;
+  SceneNeeds needs;
+  ivec2 resolution;
+};
+
 // Work on an experiment's scenes, of which each is loaded once.
 class SceneWork : public RecordWork {
  public:
@@ -46,30 +59,28 @@ class SceneWork : public RecordWork {
 
   void load(const Cell& cell) override {
     const auto index = scene_index(cell);
-    if (index && !scenes_.contains(*index)) scenes_.emplace(*index, load_choice(plan_, plan_.config.scenes[*index], observer_));
+    if (index && !places_.contains(*index))
+      places_.try_emplace(*index, load_choice(plan_, plan_.config.scenes[*index], observer_), plan_);
   }
   std::optional<SceneState> scene(const Cell& cell) override {
     const auto index = scene_index(cell);
     if (!index) return std::nullopt;
     const SceneChoice& choice = plan_.config.scenes[*index];
-    return SceneState{choice.name, choice.path, scenes_.at(*index).hash()};
+    return SceneState{choice.name, choice.path, places_.at(*index).scene.hash()};
   }
   std::uint64_t disagreements() const override { return disagreements_; }
 
  protected:
   // Which of the experiment's scenes it is; nullopt: the cell has none.
   virtual std::optional<std::size_t> scene_index(const Cell& cell) const { return cell.scene; }
-  const Scene* scene_of(const Cell& cell) const {
-    const auto index = scene_index(cell);
-    return index ? &scenes_.at(*index) : nullptr;
-  }
+  const ScenePlace& place(const Cell& cell) const { return places_.at(scene_index(cell).value()); }
 
   const RunPlan& plan_;
   RunObserver& observer_;
   std::uint64_t disagreements_ = 0;
 
  private:
-  std::map<std::size_t, Scene> scenes_;
+  std::map<std::size_t, ScenePlace> places_;
 };
 
 }  // namespace etendue

@@ -67,9 +67,7 @@ Reference from_file(const ReferenceRequest& request) {
 BatchStatistics run_batches(const ReferenceRequest& request, const Method& method, std::uint64_t samples,
                             std::uint64_t stream) {
   const Method accel = default_accel();
-  Budget budget;
-  budget.samples = std::max<std::uint64_t>(1, (samples + reference_batches - 1) / reference_batches);
-  budget.checkpoints.linear = 1;
+  const auto budget = Budget::of_iterations(std::max<std::uint64_t>(1, (samples + reference_batches - 1) / reference_batches));
   BatchStatistics statistics(request.resolution, *budget.samples);
   const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
   if (request.observer) request.observer->narrate(what);

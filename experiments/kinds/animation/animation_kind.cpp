@@ -32,7 +32,7 @@ class AnimationWork final : public SceneWork {
     const auto tell = [&](int frame) {
       progress(static_cast<double>(frame) / choice.frames, static_cast<std::uint64_t>(frame));
     };
-    record = run_animation({*scene_of(cell), plan_.config.accels[cell.accel], choice.motions[cell.integrator], choice,
+    record = run_animation({place(cell).scene, plan_.config.accels[cell.accel], choice.motions[cell.integrator], choice,
                             cell.name.seed, plan_.threads, tell});
     for (const PolicyRecord& policy : record.policies) disagreements_ += policy.disagreements;
   }

@@ -163,8 +163,7 @@ void measure_in_rays(Trial& t) {
 
 // The time of a few iterations and of what prepares them, without the building of the ray structure.
 double render_seconds(const Scene& scene, const std::string& method, const MeasureTask& task) {
-  Budget budget;
-  budget.samples = 2;
+  const Budget budget{.samples = 2};
   const SceneNeeds needs = scene_needs(scene);
   const Method accel = default_accel(), integrator{method, {}, {}};
   CellTask cell{scene, needs, accel, integrator, task.seed, ivec2(task.resolution), budget, 1};

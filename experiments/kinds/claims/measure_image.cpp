@@ -73,8 +73,7 @@ void measure_path_image(Trial& t) {
   const SceneNeeds needs = scene_needs(t.scene);
   const int resolution = t.task.resolution;
   const Method path{"path", params_of("max_depth=5"), {}};
-  Budget budget;
-  budget.samples = samples;
+  const Budget budget{.samples = samples};
   // Building is a matter of milliseconds, and not what is asked.
   const auto rendering = [&](const char* name, const Method& accel, int threads) {
     return Contender{name, [&, accel, threads] {

@@ -139,8 +139,7 @@ void measure_cache(Trial& t) {
   const ivec2 resolution(96);
   const Reference reference = make_reference({t.scene, needs, t.task.scene, resolution, {}, 1}, ReferenceCache::standard(""));
   if (!reference.failure.empty()) throw Error(reference.failure);
-  Budget budget;
-  budget.time_s = 0.012 * t.task.resolution;  // 3 s at 256
+  const Budget budget{.time_s = 0.012 * t.task.resolution};  // 3 s at 256
   const Method accel{"binned-sah", params_of("layout=bvh16"), {}}, path{"path", {}, {}},
       cache{"irradiance-cache", params_of("samples=256"), {}};
   std::vector<double> lead, last, rays;

@@ -190,12 +190,12 @@ class LedgerWork final : public SceneWork {
 
   std::unique_ptr<KindRecord> begin(const Cell& cell) override {
     const LedgerRow& row = choice_.rows[cell.integrator];
-    const Place& at = place(cell);
+    const ScenePlace& at = place(cell);
     auto record = std::make_unique<LedgerRecord>();
     record->on = row.always_on;
     record->why = row.always_on ? "by default" : "not by default";
     if (row.decision != nullptr) {
-      MadeDecision made = row.decision->make({*scene_of(cell), at.needs, at.resolution, row.samples});
+      MadeDecision made = row.decision->make({at.scene, at.needs, at.resolution, row.samples});
       record->on = made.on;
       record->why = std::move(made.why);
     }
@@ -208,11 +208,10 @@ class LedgerWork final : public SceneWork {
   void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
     auto& record = static_cast<LedgerRecord&>(filled);
     const LedgerRow& row = choice_.rows[cell.integrator];
-    const Place& at = place(cell);
-    const Scene& scene = *scene_of(cell);
+    const ScenePlace& at = place(cell);
     std::optional<Scene> edited;
     if (row.edit != nullptr) {
-      edited = record.on ? row.edit->without(scene) : row.edit->with(scene);
+      edited = record.on ? row.edit->without(at.scene) : row.edit->with(at.scene);
       if (!edited) {
         record.inapplicable = "it cannot be taken out of a scene that holds quadrics";
         return;
@@ -223,16 +222,13 @@ class LedgerWork final : public SceneWork {
     const SceneNeeds edited_needs = edited ? scene_needs(*edited) : at.needs;
     const Method& switched = record.on || row.edit != nullptr ? row.without.value_or(row.method) : *row.with;
     const auto render = [&](bool flip, std::uint64_t seed) {
-      Budget budget;
-      budget.samples = row.samples;
-      budget.checkpoints.linear = 1;
-      return run_cell({flip && edited ? *edited : scene,
+      return run_cell({flip && edited ? *edited : at.scene,
                        flip ? edited_needs : at.needs,
                        flip && row.of_structure ? switched : row.accel,
                        flip && !row.of_structure ? switched : row.method,
                        seed,
                        at.resolution,
-                       budget,
+                       Budget::of_iterations(row.samples),
                        1,
                        &reference.rendered.image,
                        {"relmse"}});
@@ -255,24 +251,11 @@ class LedgerWork final : public SceneWork {
   }
 
  private:
-  struct Place {
-    SceneNeeds needs;
-    ivec2 resolution;
-  };
-
-  const Place& place(const Cell& cell) {
-    const auto found = places_.find(cell.scene);
-    if (found != places_.end()) return found->second;
-    const Scene& scene = *scene_of(cell);
-    return places_.try_emplace(cell.scene, scene_needs(scene), plan_.config.resolution.value_or(scene.resolution))
-        .first->second;
-  }
-
   // Cells of a scene follow each other, so that one reference is kept.
   const Reference& reference_of(const Cell& cell) {
     if (!reference_ || reference_of_ != cell.scene) {
-      const Place& at = place(cell);
-      reference_ = make_reference({*scene_of(cell), at.needs, cell.name.scene, at.resolution,
+      const ScenePlace& at = place(cell);
+      reference_ = make_reference({at.scene, at.needs, cell.name.scene, at.resolution,
                                    plan_.config.reference.of_scene(cell.scene), plan_.threads, &observer_},
                                   ReferenceCache::standard(plan_.config.path));
       reference_of_ = cell.scene;
@@ -282,7 +265,6 @@ class LedgerWork final : public SceneWork {
   }
 
   const LedgerChoice& choice_;
-  std::map<std::size_t, Place> places_;
   std::optional<Reference> reference_;
   std::size_t reference_of_ = 0;
 };

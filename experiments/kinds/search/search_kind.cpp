@@ -115,7 +115,7 @@ class SearchWork final : public SceneWork {
     const auto& choice = choice_of<SearchChoice>(plan_.config);
     const SearchSet& set = sets_[cell.scene];
     const auto steps = static_cast<std::uint64_t>(choice.repetitions);
-    record = measure_search({choice, set, scene_of(cell), choice.counts[cell.integrator], cell.name.seed,
+    record = measure_search({choice, set, set.scene ? &place(cell).scene : nullptr, choice.counts[cell.integrator], cell.name.seed,
                              [&](double share) { progress(share, steps); }});
     disagreements_ += record.disagreements;
   }

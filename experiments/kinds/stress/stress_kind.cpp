@@ -70,11 +70,9 @@ double brightest(const Image& image) {
 }
 
 // A scene of the lattice, with what methods are measured against there.
-struct StressPlace {
+struct StressPlace : ScenePlace {
   StressPlace(const std::string& scene_name, const RunPlan& plan, RunObserver& observer)
-      : scene(load_scene(scene_name, {plan.config.path}, plan.reading)),
-        needs(scene_needs(scene)),
-        resolution(plan.config.resolution.value_or(scene.resolution)) {
+      : ScenePlace(load_scene(scene_name, {plan.config.path}, plan.reading), plan) {
     ReferenceChoice choice = plan.config.reference;
     if (scene.closed_form) choice = {};
     const Reference made = make_reference({scene, needs, scene_name, resolution, choice, plan.threads, &observer},
@@ -83,9 +81,6 @@ struct StressPlace {
     reference = made.rendered.image;
   }
 
-  Scene scene;
-  SceneNeeds needs;
-  ivec2 resolution;
   Image reference;
 };
 
@@ -204,8 +199,7 @@ class StressWork final : public RecordWork {
   StressPoint measure(const StressHazard& hazard, const StressTrial& trial, double x, Image& first) {
     const StressPlace& at = place(hazard, trial, x);
     const Method method = method_at(hazard, trial, x), accel = default_accel();
-    Budget budget;
-    budget.samples = trial.samples;
+    const Budget budget{.samples = trial.samples};
     StressPoint point;
     std::vector<double> biases, beyond;
     std::vector<Image> images;

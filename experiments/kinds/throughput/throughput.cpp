@@ -13,7 +13,6 @@
 #include "experiments/report/report_data.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/isa.h"
-#include "framework/scene/needs.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -82,10 +81,9 @@ class ThroughputWork final : public SceneWork {
   void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
     auto& record = static_cast<ThroughputRecord&>(filled);
     record.parameters = parameters_of(plan_.config.integrators[cell.integrator]);
-    const SceneNeeds needs = scene_needs(*scene_of(cell));
     std::uint64_t iterations = 1;
     for (;;) {
-      const double time_s = render(cell, needs, choice_.isas.back(), iterations).checkpoints.back().time_s;
+      const double time_s = render(cell, choice_.isas.back(), iterations).checkpoints.back().time_s;
       if (time_s >= choice_.seconds / 2 || iterations == most_iterations) break;
       iterations = std::min(most_iterations, grown(iterations, time_s));
     }
@@ -93,7 +91,7 @@ class ThroughputWork final : public SceneWork {
     for (const Isa isa : choice_.isas) all.push_back({isa, {}, {}, {}, {}});
     for (int i = 0; i < choice_.repetitions; ++i)
       for (Repetitions& repetitions : all) {
-        const CellResult result = render(cell, needs, repetitions.isa, iterations);
+        const CellResult result = render(cell, repetitions.isa, iterations);
         repetitions.add(result.checkpoints.back(), static_cast<double>(result.image.pixels.size()));
         const std::string hash = fmt::format("{:016x}", result.image_hash);
         if (!record.image_hash.empty() && hash != record.image_hash)
@@ -114,14 +112,11 @@ class ThroughputWork final : public SceneWork {
     return std::max(iterations + 1, static_cast<std::uint64_t>(static_cast<double>(iterations) * factor));
   }
 
-  CellResult render(const Cell& cell, const SceneNeeds& needs, Isa isa, std::uint64_t iterations) const {
+  CellResult render(const Cell& cell, Isa isa, std::uint64_t iterations) const {
     const WithIsa with_isa(isa);
-    const Scene& scene = *scene_of(cell);
-    Budget budget;
-    budget.samples = iterations;
-    budget.checkpoints.linear = 1;
-    return run_cell({scene, needs, plan_.config.accels[0], plan_.config.integrators[cell.integrator], cell.name.seed,
-                     plan_.config.resolution.value_or(scene.resolution), budget, plan_.threads});
+    const ScenePlace& at = place(cell);
+    return run_cell({at.scene, at.needs, plan_.config.accels[0], plan_.config.integrators[cell.integrator], cell.name.seed,
+                     at.resolution, Budget::of_iterations(iterations), plan_.threads});
   }
 
   const ThroughputChoice& choice_;
