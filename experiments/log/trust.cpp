@@ -131,8 +131,7 @@ std::vector<std::string> missing_parts(const std::vector<RunLog>& logs, const st
     for (int shard = 0; shard < count; ++shard)
       if (!run.present.contains(shard))
         findings.push_back(
-            fmt::format("shard {}/{} is missing: {} of {} cells are in those that are there; expected its "
-                        "directory as well",
+            fmt::format("shard {}/{} is missing: {} of {} cells are in those that are there; expected its directory as well",
                         shard, count, run.cells, run.all_cells));
   }
   return findings;

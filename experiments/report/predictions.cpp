@@ -13,12 +13,9 @@ namespace etendue {
 
 const char* const verdict_rule =
     "Confirmed: the measured interval meets the expected one; weaker or stronger: an effect of the expected direction, but "
-    "less "
-    "or more (a shorter time is more); refuted: no effect beyond the spread, or the opposite one; undecided: the spread "
-    "reaches "
-    "from no effect into what is expected. Of a count, a share, an exponent or little effect, the value must lie in the "
-    "expected "
-    "interval, or the measured interval hold the expected value.";
+    "less or more (a shorter time is more); refuted: no effect beyond the spread, or the opposite one; undecided: the spread "
+    "reaches from no effect into what is expected. Of a count, a share, an exponent or little effect, the value must lie in "
+    "the expected interval, or the measured interval hold the expected value.";
 
 namespace {
 

@@ -173,8 +173,7 @@ Predictions ratio_predictions(const std::vector<FoundRatio>& ratios) {
   predictions.notes.push_back(
       "Ratios: of RMSE at the end of each run, over the seeds that both methods have, the reference's own noise taken away; "
       "intervals are 95 % bootstraps over seeds (none below three). Judged is on which side of 1 they lie, for an expected "
-      "value "
-      "is one of its source's own images.");
+      "value is one of its source's own images.");
   if (std::ranges::any_of(ratios, [](const FoundRatio& ratio) { return !ratio.prediction->region.empty(); }))
     predictions.notes.push_back("In regions the reference's own noise is left in: it is known for the image as a whole.");
   predictions.order = order_of_ratios(ratios, names);

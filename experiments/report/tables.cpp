@@ -244,8 +244,7 @@ void add_final_notes(FinalTable& table, const ReportData& data) {
   table.note(
       "The target is the error that at least half of the configurations reach by that time, rounded up to 1, 2 or 5; the time "
       "to it is the median over seeds of the first crossing, beside it the time by which 95 % of the seeds had arrived (of "
-      "fewer "
-      "than twenty, all). \"> t\" has not arrived by t, \"≤ t\" was there at the first checkpoint.");
+      "fewer than twenty, all). \"> t\" has not arrived by t, \"≤ t\" was there at the first checkpoint.");
   table.note(
       "p against the first: Mann and Whitney's test by ranks of the seeds' errors then and those of the scene's first row, "
       "two-sided. ‡ fewer than nine seeds of either: the least that p can be is 0.33 for two, 0.1 for three, 0.029 for four of "

@@ -153,8 +153,7 @@ double mean_square_difference(const Image& a, const Image& b) {
 std::string remedy(const EstimatorPair& pair, std::uint64_t samples) {
   if (pair.second_checks_only)
     return "only merging finds caustics of delta lights that mirrors or glass show; expected reference = { file = \"...\" } "
-           "with "
-           "an image made otherwise";
+           "with an image made otherwise";
   return fmt::format(
       "one of them is wrong on this scene, unless reference = {{ samples = {} }} lets them agree; expected reference = "
       "{{ file = \"...\" }} with an image made otherwise",

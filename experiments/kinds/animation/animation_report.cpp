@@ -173,8 +173,7 @@ Table animations_table(const RunLog& log) {
   });
   table.note(
       "Means over frames and seeds. A frame: bringing the tree up to date, and tracing. Rebuilt: what went to the builder, as "
-      "a "
-      "share of the primitives. SAH cost: relative to a tree built anew. At last: over the last tenth of the frames; tracing "
+      "a share of the primitives. SAH cost: relative to a tree built anew. At last: over the last tenth of the frames; tracing "
       "relative to the policy that rebuilds. Disagreements: hits that differ from those of a tree built anew.");
   return table.take(failed_cells<AnimationRecord>(log));
 }

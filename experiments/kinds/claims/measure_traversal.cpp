@@ -145,8 +145,7 @@ void measure_layout(Trial& t) {
   t.count("misses_second", misses(second));
   t.remark(
       "Misses are simulated (32 KiB in 8 ways, and 1 MiB in 16, of 64-byte lines that hold nodes alone): a virtual machine "
-      "shows "
-      "no hardware counters. Times are measured.");
+      "shows no hardware counters. Times are measured.");
 }
 
 void measure_counting(Trial& t) {

@@ -92,8 +92,7 @@ Figure curve_figure(const StressRow& row) {
           .title = fmt::format("{} against {}", of.figure, of.parameter),
           .panels = {std::move(chart)},
           .notes = {"Means over seeds; bands are their extremes. Grey: the bound of a sound method. Marks on it: thresholds "
-                    "with their 95 % "
-                    "intervals. Dotted uprights: the interval in which theory expects a method's threshold."}};
+                    "with their 95 % intervals. Dotted uprights: the interval in which theory expects a method's threshold."}};
 }
 
 }  // namespace etendue

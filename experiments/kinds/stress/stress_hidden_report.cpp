@@ -125,11 +125,9 @@ Table hidden_table(const StressMap& map) {
               [](const StressCell& c) { return sane_cells(harmful_end(c).sane_iterations, format_short); });
   table.note(
       "All but 'mean outside its interval' are measured at the harmful end. Tail index: Hill's, of the twentieth of the pixels "
-      "that are "
-      "brightest beside the other seeds', over the reference's; mean over seeds with its 95 % Student interval. Below 2 the "
-      "variance is infinite and a standard error says nothing; 0: fewer than one pixel in twenty has a thousandth of its "
-      "light. "
-      "Brightest pixel: of any seed, over the reference's brightest.");
+      "that are brightest beside the other seeds', over the reference's; mean over seeds with its 95 % Student interval. Below "
+      "2 the variance is infinite and a standard error says nothing; 0: fewer than one pixel in twenty has a thousandth of its "
+      "light. Brightest pixel: of any seed, over the reference's brightest.");
   table.note(fmt::format(
       "Mean outside its interval: at how many points of the curve the reference's mean lies outside the 95 % Student interval "
       "of the seeds' image means, beyond {:g} of it; in brackets the 95 % interval of Clopper and Pearson. Of an unbiased "

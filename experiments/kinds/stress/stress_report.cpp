@@ -180,8 +180,7 @@ FigureGroup hazard_group(const StressRow& row) {
   FigureGroup group{.heading = fmt::format("{}. {}", r.id, r.hazard), .figures = {r.y ? grid_figure(row) : curve_figure(row)}};
   group.below = fmt::format(
       "<p>{}. x: {}, {}. Sound: {}. <span class=\"note\">{}</span></p>\n<details><summary>The cells: images before and after "
-      "each threshold, "
-      "and commands that repeat them</summary><div class=\"findings\">\n",
+      "each threshold, and commands that repeat them</summary><div class=\"findings\">\n",
       escape_html(r.failure), escape_html(r.parameter), escape_html(range_of(r)), escape_html(bound_of(r)),
       escape_html(r.source));
   for (const auto* cells : {&row.cells, &row.remedies})

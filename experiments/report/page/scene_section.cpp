@@ -220,8 +220,7 @@ std::string gallery_html(const ReportData& data, const std::vector<SceneImages>&
       const std::string mark = image.configuration != nullptr ? legend_swatch(method_series(data, *image.configuration)) : "";
       out += fmt::format(
           "<a href=\"#view{0}\" data-scene=\"{0}\" data-image=\"{1}\" title=\"{5}\"><img alt=\"\" "
-          "src=\"data:image/png;base64,{2}\">"
-          "<span>{3}{4}</span>{6}</a>\n",
+          "src=\"data:image/png;base64,{2}\"><span>{3}{4}</span>{6}</a>\n",
           s, i, image.thumbnail, mark, escape_html(image.label), escape_html(image.detail),
           image.relmse ? fmt::format("<span class=\"note\">relmse {}</span>", format_figure(*image.relmse)) : "");
     }

@@ -111,8 +111,7 @@ std::optional<LogChanges> changes_in(const fs::path& folder, const RunLog& log) 
   LogChanges changes = read_changes(file, read_file(file));
   if (changes.to != commit_of(log))
     throw Error(Location{file},
-                fmt::format("it is about a log of {}; expected {}, as `./etendue results --derive --before DIR` "
-                            "compares them",
+                fmt::format("it is about a log of {}; expected {}, as `./etendue results --derive --before DIR` compares them",
                             changes.to, commit_of(log)));
   return changes;
 }
