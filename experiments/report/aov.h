@@ -1,18 +1,10 @@
 // Images beside a picture. Of a cache they show its records, and the error that it states of itself. What the camera sees first
 // in each pixel serves denoisers, compositing and masks; it depends on the scene and the camera alone, so that it is the same
-// whatever method rendered the picture:
+// whatever method rendered the picture. docs/using.md says what each shows, and with which units.
 //
-//   albedo     the share of light that arrives straight on and is reflected or let through; black where nothing is seen
-//   normal     the shading normal in the world, unit, turned to the viewer; 0 where nothing is seen
-//   position   in the scene file's coordinates, metres; 0 where nothing is seen
-//   depth      the distance along the ray, metres, in all channels; infinity where nothing is seen
-//   primitive  R its number in its object (triangles first), G its instance (0: the world's own geometry), B its object;
-//              infinite planes are their number, -2 and -2; -1 where nothing is seen
-//   material   its number in the scene, in all channels; -1 where nothing is seen
-//
-// Albedo and normal are means over 4 x 4 rays of the pixel, as denoisers want them; a mean of normals is shorter than one. The
-// others are what the ray through the pixel's centre meets, for they have no mean across an edge. All rays pass through the
-// middle of the lens. Numbers above 2^24 are rounded, since the files hold single precision.
+// Means are over 4 x 4 rays of the pixel, as denoisers want them; the others have none across an edge. Where a number is all
+// that is shown, all channels have it. Among primitives of an object triangles come first, and infinite planes are their number,
+// -2 and -2. Numbers above 2^24 are rounded, since the files hold single precision.
 #pragma once
 
 #include "framework/image/film.h"
