@@ -170,21 +170,6 @@ std::string code_since(const std::string& root, const std::string& commit, const
                       : fmt::format("{}, the last of {}", counted(commits, "commit"), dates->substr(0, dates->find('\n')));
 }
 
-CodeSince code_since_in_page(const std::string& root) {
-  const std::string path = (fs::path(root) / page_name).string();
-  std::istringstream lines(is_file(path) ? read_file(path) : "");
-  std::map<std::string, std::string> texts;
-  for (std::string line; std::getline(lines, line);)
-    if (line.starts_with("| [") && line.ends_with(" |")) {
-      line.resize(line.size() - 2);
-      texts[line.substr(3, line.find(']') - 3)] = line.substr(line.rfind("| ") + 2);
-    }
-  return [texts = std::move(texts)](const std::string& folder, const RunLog&) {
-    const auto found = texts.find(folder);
-    return found == texts.end() ? std::string("not known") : found->second;
-  };
-}
-
 CodeSince code_since_in_git(const std::string& root) {
   return [root](const std::string& folder, const RunLog& log) {
     const std::string name = fmt::format("experiments/{}.toml", folder), file = (fs::path(root) / name).string();

@@ -32,11 +32,9 @@ std::optional<std::string> output_of(const std::vector<std::string>& command);
 // from `root`. "not known" without git, without that commit in its history, and of a commit from which the sources differed.
 std::string code_since(const std::string& root, const std::string& commit, const std::vector<std::string>& paths);
 
-// What the page says of the code that a folder's experiment measures: whether it changed since its log. As that
-// is another with each commit, the text of a page that stands is as good as git's on the day on which it was written.
+// What the page says of the code that a folder's experiment measures: whether it changed since its log.
 using CodeSince = std::function<std::string(const std::string& folder, const RunLog& log)>;
 CodeSince code_since_in_git(const std::string& root);
-CodeSince code_since_in_page(const std::string& root);
 
 // Every file that is derived, by its path from `root`, with its text: tables, charts that README.md or a file of docs/ shows,
 // results/README.md, changes.md of each experiment that ran before, and README.md and docs/ with their figures filled in, as
