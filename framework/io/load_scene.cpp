@@ -59,7 +59,9 @@ NamedScene find_scene(std::span<const BuiltinScene> table, std::string_view pref
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos)
       throw Error(where, fmt::format("'{}': '{}': expected key=value, as in builtin:mesh?triangles=1e6", name, pair));
-    found.params[pair.substr(0, equals)] = parse_scene_param(pair.substr(equals + 1), where);
+    const std::string key = pair.substr(0, equals);
+    if (!found.params.emplace(key, parse_scene_param(pair.substr(equals + 1), where)).second)
+      throw Error(where, fmt::format("'{}': {} is given twice", name, key));
   }
   return found;
 }

@@ -251,6 +251,8 @@ TEST(LoadScene, BuiltinParametersChangeTheSceneAndAreChecked) {
   EXPECT_ERROR(check_builtin("builtin:mesh?triangle=5k", where), "unknown parameter 'triangle'; did you mean 'triangles'");
   EXPECT_ERROR(check_builtin("builtin:mesh?triangles=7", where), "x.toml:2:3: builtin:mesh: triangles = 7 is out of range");
   EXPECT_ERROR(check_builtin("builtin:mesh?triangles", where), "expected key=value");
+  EXPECT_ERROR(check_builtin("builtin:mesh?triangles=1k,triangles=2k", where),
+               "x.toml:2:3: 'builtin:mesh?triangles=1k,triangles=2k': triangles is given twice");
   EXPECT_ERROR(check_builtin("builtin:cornell-box?size=2", where), "builtin:cornell-box has no parameters");
   EXPECT_ERROR(check_builtin("builtin:mash?triangles=1k", where), "unknown scene 'builtin:mash'");
   EXPECT_NO_THROW(check_builtin("builtin:stadium?size=20", where));
