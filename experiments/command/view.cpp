@@ -1,6 +1,7 @@
 #include "experiments/command/rendering.h"
 
 #include "framework/core/error.h"
+#include "framework/io/object_builder.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
@@ -31,6 +32,9 @@ std::optional<vec3> point_of(const std::string& word) {
 }
 
 void look_at(Scene& scene, const std::string& text, const std::vector<vec3>& points, std::optional<double> fov) {
+  for (int i = 0; i < 2; ++i)
+    if (!within_reach(points[i]))
+      throw Error(camera_option, fmt::format("'{}': {} lies beyond {:g} m", text, i == 0 ? "the eye" : "the target", farthest));
   const vec3 up = points.size() > 2 ? points[2] : vec3(0, 1, 0);
   const auto view = Transform::look_at(points[0] - scene.origin, points[1] - scene.origin, up);
   if (!view) throw Error(camera_option, fmt::format("'{}': eye and target coincide, or the view is along up", text));
@@ -80,7 +84,7 @@ void set_camera(Scene& scene, const std::string& text) {
   for (std::string word; words >> word;) {
     const auto point = point_of(word);
     const auto number = parse_number(word);
-    is_view = is_view && !fov && (point ? points.size() < 3 : number && *number > 0 && *number < 180);
+    is_view = is_view && !fov && (point ? points.size() < 3 : number && *number >= 1e-3 && *number <= 179.9);
     if (point) points.push_back(*point);
     if (!point) fov = number;
   }

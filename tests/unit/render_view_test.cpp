@@ -88,6 +88,7 @@ TEST_F(RenderView, CamerasAreNamedOrTyped) {
   EXPECT_EQ(again.status, 0) << again.err;
   expect_refused("s.xml", {"--camera", "sidee"}, "unknown camera 'sidee'; did you mean 'side'");
   expect_refused("s.xml", {"--camera", "1,2,3 1,2,3"}, "eye and target coincide");
+  expect_refused("s.xml", {"--camera", "1e30,2,3 1,2,3"}, "the eye lies beyond 1e+12 m");
   expect_refused("builtin:cornell-box", {"--camera", "1,2 3"}, "expected the name of a camera of the file");
 }
 
