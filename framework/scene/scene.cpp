@@ -141,6 +141,15 @@ float Scene::opacity_at(const Hit& hit) const {
   return std::clamp(mean_component(evaluate(textures[shape.mask], uv)), 0.0f, 1.0f);
 }
 
+Layer Scene::layer_at(const Hit& hit) const {
+  if (hit.instance == plane_instance) return 0;
+  const Object& object = objects[instances[hit.instance].object];
+  const Shape& shape = object.shape(hit.primitive);
+  if (shape.mask == no_id) return 0;
+  const std::size_t number = static_cast<std::size_t>(&shape - object.shapes.data()) + hit.instance;
+  return static_cast<Layer>((1 + number % layer_shapes) | (opacity_at(hit) < opaque_from ? layer_lets_light_through : 0));
+}
+
 std::uint64_t Scene::triangle_count() const {
   std::uint64_t count = 0;
   for (const Instance& instance : instances) count += objects[instance.object].geometry.triangles.size();
@@ -191,6 +200,8 @@ SurfacePoint Scene::surface_at(const Ray& ray, const Hit& hit) const {
   if (hit.instance != 0) place_in_world(instance.to_world, s);
   if (shape.relief != no_id) [[unlikely]]
     s.shading_normal = normal_of_relief(hit, s.normal, s.shading_normal, s.uv);
+  if (shape.mask != no_id) [[unlikely]]
+    s.layer = layer_at(hit);
   s.retreat = retreat_of(ray.direction, hit.t, s.clearance);
   return s;
 }

@@ -7,6 +7,7 @@
 #include "framework/query.h"
 #include "framework/scene/camera.h"
 #include "framework/scene/geometry.h"
+#include "framework/scene/layer.h"
 #include "framework/scene/light.h"
 #include "framework/scene/pixel_filter.h"
 #include "framework/scene/transform.h"
@@ -72,6 +73,7 @@ struct SurfacePoint {
   std::uint32_t light;  // index into Scene::lights, or no_id
   float clearance = 0;  // metres along the normal, to either side
   vec3 retreat{0};      // metres
+  Layer layer = 0;
 };
 
 struct NamedCamera {
@@ -119,6 +121,7 @@ struct Scene {
   // The share of rays, from 0 to 1, that the surface stops where this one met it. What a structure of the scene answers has
   // already been stopped (accel/scene/with_masks.h).
   float opacity_at(const Hit& hit) const;
+  Layer layer_at(const Hit& hit) const;
   // For loops that call surface_at for one hit after another: at number `begun`, begins to load what the calls for hits a few
   // places further on will read. It is worth its time where the scene outgrows the nearest caches.
   void prefetch_surfaces(std::span<const Hit> hits, std::size_t begun) const;

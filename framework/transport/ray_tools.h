@@ -66,6 +66,20 @@ inline bool unoccluded(const RenderContext& context, const Ray& shadow_ray) {
   return !context.rays.occluded(shadow_ray);
 }
 
+// Does nothing on the way from a point hide what landed at `landed`? A mask that lets a part of the light through does not
+// where both lie on one side of it: what landed has come through it already, and would be dimmed twice.
+inline bool sees_landed(const RenderContext& context, Ray way, const vec3& landed) {
+  if (!context.needs.masks) return unoccluded(context, way);
+  for (Hit hit = trace(context, way); hit; hit = trace(context, way)) {
+    if (!lets_light_through(context.scene.layer_at(hit))) return false;
+    const SurfacePoint sheet = context.scene.surface_at(way, hit);
+    const auto height = [&sheet](const vec3& p) { return glm::dot(p - sheet.position, sheet.normal); };
+    if (height(way.origin) * height(landed) < 0) return false;
+    way.t_min = std::max(hit.t, std::nextafter(way.t_min, infinity));
+  }
+  return true;
+}
+
 // body(i) for each of the rays that nothing blocks, in their order.
 template <class Body>
 void for_unoccluded(const RenderContext& context, std::span<const Ray> shadow_rays, const Body& body) {

@@ -29,7 +29,7 @@
 // them: the paths it can sample are light that the camera sees directly, and those whose last surface before the camera is not
 // specular. It shares neither direct-light sampling nor camera-side scattering with the path tracer.
 //
-// Memory: 112 bytes a vertex of all light paths of an iteration (vcm: and 64 more; correlation-aware: and 56 more), 28 a splat.
+// Memory: 144 bytes a vertex of all light paths of an iteration (vcm: and 64 more; correlation-aware: and 56 more), 28 a splat.
 #pragma once
 
 #include "framework/integrator.h"

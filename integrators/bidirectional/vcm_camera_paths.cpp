@@ -224,7 +224,11 @@ void VcmCameraPaths::merge(const Vertex& v) {
   const SubPath& path = v.walk->path;
   *v.walk->radiance += path.throughput * merges_.radiance(*v.point, bsdf, v.wo, path.mis, v.depth,
                                                           v.walk->trail ? *v.walk->trail : none, memory_.conditional);
-  for (const VcmMerges::Conditional& merge : memory_.conditional) gain(*v.walk, path.throughput * merge.radiance, merge.way);
+  for (const auto& [radiance, way, landed] : memory_.conditional)
+    if (!context_.needs.masks)
+      gain(*v.walk, path.throughput * radiance, way);
+    else if (sees_landed(context_, way, landed))
+      *v.walk->radiance += path.throughput * radiance;
   constexpr std::size_t most_kept = 1 << 16;  // a wide radius finds thousands of them
   if (memory_.gains.size() > most_kept) finish();
 }

@@ -23,11 +23,13 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   positions_.resize(order.size());
   photons_.resize(order.size());
   followed_.resize(settings.correlation ? order.size() : 0);
+  layers_.resize(context.needs.masks ? order.size() : 0);
   parallel_for(order.size(), 1024, [&](std::size_t i) {
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
     const float cosine = std::max(std::abs(glm::dot(v.wo, v.point.normal)), least_cosine);
     photons_[i] = {v.wo, v.flown, v.power / (cosine * v.opacity), v.mis.vcm, v.mis.vm, v.events};
+    if (!layers_.empty()) layers_[i] = v.point.layer;
     if (settings.correlation) followed_[i] = {v.trail->light, v.trail->part(v.events)};
   });
   query_ = context.make_points(structure);
@@ -51,6 +53,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
   for (const Neighbour& neighbour : neighbours) {
     const Photon& photon = photons_[neighbour.id];
     if (depth + photon.events > settings_.max_depth) continue;
+    if (!layers_.empty() && !share_light(layers_[neighbour.id], point.layer)) continue;
     const auto [scattered, light_reverse, camera_reverse] = bsdf.pair(wo, photon.wo);
     if (is_black(scattered)) continue;
     float weight;
@@ -67,7 +70,7 @@ Rgb VcmMerges::radiance(const SurfacePoint& point, const Bsdf& bsdf, const vec3&
       return before_landing(positions_[neighbour.id], photon.wo, photon.flown, std::sqrt(neighbour.distance_squared));
     };
     if (!walls.none() && (glm::dot(photon.wo, normal) < 0 || walls.may_hide(positions_[neighbour.id], end)))
-      conditional.push_back({merged, segment(ray_origin(point, photon.wo), end())});
+      conditional.push_back({merged, segment(ray_origin(point, photon.wo), end()), positions_[neighbour.id]});
     else
       sum += merged;
   }

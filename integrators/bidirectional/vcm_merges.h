@@ -25,6 +25,7 @@ class VcmMerges {
   struct Conditional {
     Rgb radiance;
     Ray way;
+    vec3 landed;  // of the vertex
   };
 
   // Radiance towards wo from a surface that a camera path reaches with `depth` events before it, divided among the strategies;
@@ -55,6 +56,7 @@ class VcmMerges {
 
   std::vector<Photon> photons_;
   std::vector<Followed> followed_;
+  std::vector<Layer> layers_;  // empty where nothing is masked
   std::unique_ptr<PointQuery> query_;
   std::shared_ptr<const WallGrid> walls_;  // null: not asked for
 };

@@ -218,7 +218,7 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
     *path.found_light += path.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   path.met_light = path.found_light;
   const Visit visit{point, bsdf, wo, depth, path.distance, path.throughput};
-  const bool has_records = depth < cached_below_ && shows_one_side(point, wo);
+  const bool has_records = depth < cached_below_ && takes_records(point, wo);
   const bool found = cached && has_records && add_irradiance(context, visit, next_accuracy, out);
   if (found && !bsdf.has_specular()) return false;
   bool rough_misses = false;

@@ -166,7 +166,7 @@ void PhotonCache::camera_sample(const RenderContext& context, float next_accurac
     const PhotonMap& map = maps_.global();
     const bool by_walls =
         !gathers_ && !map.near_walls(point.position, towards(point.normal, point.normal, wo), map.radius()).none();
-    const bool has_records = gathers_ ? shows_one_side(point, wo) : !by_walls && is_flat(point, wo);
+    const bool has_records = gathers_ ? takes_records(point, wo) : !by_walls && is_flat(point, wo);
     const bool cached = remaining >= 1 && is_cached(bsdf) && has_records;
     bool found = false;
     if (cached) {

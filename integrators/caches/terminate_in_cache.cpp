@@ -17,7 +17,7 @@ std::optional<Rgb> TerminateInCache::reflected(const SurfacePoint& point, const 
                                                int depth) const {
   // Where the limit matters, paths end one event on and no later: the share that k events less leave is not the k-th power of
   // the share that one leaves.
-  if ((kept_ && depth > depth_ + 1) || !shows_one_side(point, wo)) return std::nullopt;
+  if ((kept_ && depth > depth_ + 1) || !takes_records(point, wo)) return std::nullopt;
   const auto found = cache_.interpolate(depth_, point.position, towards(point.shading_normal, point.normal, wo));
   if (!found) return std::nullopt;
   return evaluate(material.reflectance, scene_.textures, point.uv) * found->irradiance * kept_.value_or(Rgb(1)) * inv_pi;

@@ -217,12 +217,11 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
 }
 
 std::string surfaces_mixed(const RenderContext& context, const std::string& method) {
-  constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided", "hash-cache"};
+  constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided", "hash-cache", "irradiance-cache", "radiance-cache"};
   constexpr int lines = 32;
   constexpr double fewest = 0.01;
   if (!context.needs.masks || std::ranges::find(keeps_apart, method) != keeps_apart.end()) return "";
   const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
-  const auto lets_through = [&](const Hit& hit) { return std::abs(context.stopped_share(hit) - 0.5f) < 0.48f; };
   std::vector<int> mixed(lines * lines);
   parallel_for(mixed.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
@@ -232,14 +231,16 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
     const SurfacePoint point = context.scene.surface_at(ray, seen);
     for (const vec3& side : {point.normal, -point.normal}) {
       const Hit other = trace(context, spawn_ray(point, side, near));
-      if (other && (lets_through(seen) || lets_through(other))) mixed[i] = 1;
+      if (!other) continue;
+      const Layer layer = context.scene.layer_at(other);
+      if (lets_light_through(point.layer | layer) && share_light(point.layer, layer)) mixed[i] = 1;
     }
   });
   const double share = std::accumulate(mixed.begin(), mixed.end(), 0.0) / static_cast<double>(mixed.size());
   if (share < fewest) return "";
   return fmt::format(
-      "{} of what is seen are surfaces less than 1 % of the scene's size apart of which one lets a part of the light through: "
-      "{} may take light on one for light on the other; path keeps them apart",
+      "{} of what is seen are surfaces of one shape, less than 1 % of the scene's size apart, that let a part of the light "
+      "through: {} may take light on one for light on the other; path keeps them apart",
       percent(share), method);
 }
 

@@ -23,8 +23,8 @@ double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings&
 // `params` do not guide them. "" where neither holds. Runs a pilot where the scene needs one to tell.
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params = {});
 
-// Says that a surface that stops but a part of the light lies so near to another that the method, which shares light between
-// near points, may take that on one for that on the other; "" where it does not, or none is seen.
+// Says that a surface that stops but a part of the light lies so near to another of its own layer that the method, which shares
+// light between near points, may take that on one for that on the other; "" where it does not, or none is seen.
 std::string surfaces_mixed(const RenderContext& context, const std::string& method);
 
 MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);

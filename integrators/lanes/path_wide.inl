@@ -253,7 +253,8 @@ void place(const TriangleHits& hits) {
                                  .material = shape.material,
                                  .light = emits ? shape.first_light + (primitive - shape.first_primitive) : no_id,
                                  .clearance = rows.get(17, row),
-                                 .retreat = rows.get_vec(12, row)};
+                                 .retreat = rows.get_vec(12, row),
+                                 .layer = shape.mask == no_id ? Layer{0} : hits.scene.layer_at(hits.hits[which[row]])};
     }
   }
 }

@@ -31,7 +31,7 @@ CachePoint follow_pixel(const RenderContext& context, ivec2 pixel, int deepest, 
     distance += glm::length(point.position - ray.origin);
     const Bsdf bsdf(context.scene, point);
     const Follow verdict = judge(point, bsdf);
-    if (verdict == Follow::arrives && shows_one_side(point, wo)) return cache_point(context, point, wo, distance, depth);
+    if (verdict == Follow::arrives && takes_records(point, wo)) return cache_point(context, point, wo, distance, depth);
     if (verdict != Follow::goes_on) break;
     const float u_lobe = sampler.get_1d();
     const BsdfSample scattered = bsdf.sample(wo, u_lobe, sampler.get_2d());

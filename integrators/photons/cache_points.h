@@ -35,9 +35,14 @@ inline bool shows_one_side(const SurfacePoint& point, const vec3& wo) {
   return (glm::dot(point.shading_normal, wo) < 0) == (glm::dot(point.normal, wo) < 0);
 }
 
-// Does the relief that wo sees receive what arrives on the surface? On slopes of 8 degrees it is a hundredth less.
+// May records serve the point? Not where a mask lets light through: what arrives on the sheet and on what lies beneath differs.
+inline bool takes_records(const SurfacePoint& point, const vec3& wo) {
+  return shows_one_side(point, wo) && !lets_light_through(point.layer);
+}
+
+// And does the relief that wo sees receive what arrives on the surface? On slopes of 8 degrees it is a hundredth less.
 inline bool is_flat(const SurfacePoint& point, const vec3& wo) {
-  return std::abs(glm::dot(point.shading_normal, point.normal)) > 0.99f && shows_one_side(point, wo);
+  return std::abs(glm::dot(point.shading_normal, point.normal)) > 0.99f && takes_records(point, wo);
 }
 
 // `distance`: of the whole path from the camera.

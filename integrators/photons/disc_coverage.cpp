@@ -49,9 +49,12 @@ float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at,
                             SurfacePoint point, const NearWalls& walls) const {
   Ray ray = aim.ray;
   float free_from = 0;  // along the ray: beneath what it passed
-  for (int passed = 0; !rough_materials_.stores(point.material); ++passed) {
-    if (passed == most_passed || !std::holds_alternative<Dielectric>(context.scene.materials[point.material])) return 0;
-    free_from = hit.t;
+  const auto counts = [&] { return rough_materials_.stores(point.material) && share_light(point.layer, at.layer()); };
+  for (int passed = 0; !counts(); ++passed) {
+    const bool sheet = lets_light_through(point.layer);
+    if (passed == most_passed || !(sheet || std::holds_alternative<Dielectric>(context.scene.materials[point.material])))
+      return 0;
+    if (!sheet) free_from = hit.t;
     ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
     hit = trace(context, ray);
     if (!hit) return 0;
@@ -62,7 +65,8 @@ float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at,
   const float facing = std::abs(glm::dot(point.normal, at.normal()));
   if (facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
   // Behind a wall no photons count.
-  if (!walls.none() && walls.may_hide(point.position, [&] { return end; }) && !unoccluded(context, segment(at.origin(), end)))
+  if (!walls.none() && walls.may_hide(point.position, [&] { return end; }) &&
+      !sees_landed(context, segment(at.origin(), end), point.position))
     return 0;
   const float hit_x = aim.x + square((flatness * radius - hit.t) / radius), shape = kernel_shape(rules_.kernel, aim.x);
   if (!(hit_x < 1 && shape > 0)) return 0;

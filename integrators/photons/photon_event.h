@@ -29,6 +29,7 @@ struct StoredPhoton {
   float flown;
   vec3 normal;
   PhotonHistory history;
+  Layer layer = 0;
 };
 
 // What a material means to a pass of photons.

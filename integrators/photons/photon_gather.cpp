@@ -60,6 +60,7 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
       front_(normal_, 0),
       back_(-normal_, 0),
       histories_(histories),
+      layer_(point.layer),
       constant_(bsdf.is_diffuse() && point.shading_normal == point.normal),
       longest_(std::min(max_scatterings, 65535)),
       tail_density_(tail_density),
@@ -142,8 +143,12 @@ std::span<Neighbour> PhotonMap::counting(const RenderContext& context, const Gat
     if (!at.counts(photons_, photon.id, options_.side_test)) continue;
     if (!walls.none())
       if (const auto way = at.way_to(photons_, photon, walls)) {
-        asked.push_back(kept.size());
-        ways.push_back(*way);
+        if (!context.needs.masks) {
+          asked.push_back(kept.size());
+          ways.push_back(*way);
+        } else if (!sees_landed(context, *way, photons_.position[photon.id])) {
+          continue;
+        }
       }
     kept.push_back(photon);
   }

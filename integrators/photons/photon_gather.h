@@ -71,10 +71,12 @@ class GatherPoint {
   // A diffuse surface's; others, which reflect by direction, have 1.
   Rgb albedo() const { return bsdf_ != nullptr && bsdf_->is_diffuse() ? bsdf_->diffuse_albedo() : Rgb(1); }
   // Corners and the far side of thin walls fail the side test; a side is the same up to 84 degrees, so that curved surfaces
-  // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through.
+  // pass. Where the BSDF is evaluated, it refuses light from behind unless the surface lets it through. What landed on another
+  // layer counts there alone.
   bool counts(const Photons& photons, std::uint32_t id, bool side_test) const {
     const PhotonSide side = photons.side[id];
     if (!(side.history & histories_) || photons.scatterings[id] > longest_) return false;
+    if (!share_light(side.layer, layer_)) return false;
     const float facing = side_test ? glm::dot(side.normal(), normal_) : 1;
     if (!((transmits_ ? std::abs(facing) : facing) >= 0.1f)) return false;
     return !of_tails() || bsdf_->pdf(wo_, photons.direction[id]) < tail_density_;
@@ -91,6 +93,7 @@ class GatherPoint {
     return segment(same_side ? origin_ : far_origin_, end());
   }
   const vec3& origin() const { return origin_; }
+  Layer layer() const { return layer_; }
   // f_r times the power of a photon that counts.
   Rgb reflected(const Photons& photons, std::uint32_t id) const {
     if (constant_) return photons.power[id] * constant_reflectance_;
@@ -117,6 +120,7 @@ class GatherPoint {
   bool transmits_ = false;
   PhotonSide front_, back_;  // of normal_, as photons know it
   PhotonHistory histories_;
+  Layer layer_ = 0;
   bool constant_;  // f_r is the same for every direction
   std::int32_t longest_;
   float tail_density_ = infinity;

@@ -58,7 +58,7 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext&
     const auto end = [&] {
       return before_landing(position_[n.id], direction_[n.id], flown_[n.id], std::sqrt(n.distance_squared));
     };
-    return !walls.may_hide(position_[n.id], end) || unoccluded(context, segment(origin, end()));
+    return !walls.may_hide(position_[n.id], end) || sees_landed(context, segment(origin, end()), position_[n.id]);
   };
   for (const std::size_t k : {1, 8}) {
     query_->nearest(position, k, reach, nearest);

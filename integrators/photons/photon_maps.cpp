@@ -141,7 +141,13 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass, float 
 void PhotonMaps::precompute(const RenderContext& context, PhotonPass pass) {
   if (params_.precompute == 0) return;
   pass.count = std::max(1u, pass.count / static_cast<std::uint32_t>(params_.precompute));
-  const Photons sample_points = trace(context, pass);
+  Photons sample_points = trace(context, pass);
+  if (context.needs.masks) {  // for what takes records alone
+    std::vector<std::uint32_t> kept;
+    for (std::uint32_t i = 0; i < sample_points.size(); ++i)
+      if (!lets_light_through(sample_points.side[i].layer)) kept.push_back(i);
+    sample_points = reordered(std::move(sample_points), kept);
+  }
   const auto timed = context.phases.measure("build");
   irradiance_ = std::make_unique<PhotonIrradiance>(global_, sample_points, context.make_points(params_.structure));
 }

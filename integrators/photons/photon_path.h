@@ -55,7 +55,7 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
     if (rough_materials_.stores(point.material) && stores(history)) {
       // A mask stops a share of the photons that arrive, which stand for all: it stops as large a share of camera rays again.
       out.add(point.position, power / context_.stopped_share(hit), from, hit.t, normal, static_cast<PhotonHistory>(history),
-              scatterings);
+              scatterings, point.layer);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;

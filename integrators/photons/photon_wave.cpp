@@ -50,15 +50,19 @@ void PhotonWave::follow(std::uint32_t first) {
     for (; i < ends[event]; ++i) order_[places_[stored_[i].path - first]++] = {i, event};
 }
 
-// Divides what was stored by the opacity where it lies, as PhotonTracer does.
-void PhotonWave::count_for_all(std::span<StoredPhoton> stored) const {
+// Divides what was stored by the opacity where it lies, as PhotonTracer does, and notes its layer.
+void PhotonWave::heed_masks(std::span<StoredPhoton> stored) const {
   static thread_local std::vector<std::uint32_t> of_path;  // its place among the states
   for (std::uint32_t i = 0; i < states_.size(); ++i) {
     const std::uint32_t path = states_[i].path % most_paths;
     if (of_path.size() <= path) of_path.resize(path + 1);
     of_path[path] = i;
   }
-  for (StoredPhoton& photon : stored) photon.power /= context_.stopped_share(hits_[of_path[photon.path % most_paths]]);
+  for (StoredPhoton& photon : stored) {
+    const Hit& hit = hits_[of_path[photon.path % most_paths]];
+    photon.power /= context_.stopped_share(hit);
+    photon.layer = context_.scene.layer_at(hit);
+  }
 }
 
 void PhotonWave::meet(int scatterings) {
@@ -105,7 +109,7 @@ void PhotonWave::meet(int scatterings) {
     kernels.meet[scene.materials[material].index()](events);
   });
   stored_.resize(stored + events.stored_count);
-  if (context_.needs.masks) count_for_all(std::span(stored_).subspan(stored));
+  if (context_.needs.masks) heed_masks(std::span(stored_).subspan(stored));
   states_.swap(next_states_);
   rays_.swap(next_rays_);
   states_.resize(events.going_on);

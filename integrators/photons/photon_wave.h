@@ -26,7 +26,7 @@ class PhotonWave {
       follow(first);
       for (const Place& place : order_) {
         const StoredPhoton& p = stored_[place.at];
-        out.add(p.position, p.power, p.from, p.flown, p.normal, p.history, static_cast<int>(place.event));
+        out.add(p.position, p.power, p.from, p.flown, p.normal, p.history, static_cast<int>(place.event), p.layer);
         if (!pass_.visible || pass_.visible->contains(p.position, p.normal)) useful(p.path);
       }
     }
@@ -50,7 +50,7 @@ class PhotonWave {
   void emit(const PathNumbers& numbers, std::uint32_t first);
   void follow(std::uint32_t first);
   void meet(int scatterings);  // one event of each photon under way
-  void count_for_all(std::span<StoredPhoton> stored) const;
+  void heed_masks(std::span<StoredPhoton> stored) const;
 
   const RenderContext& context_;
   const RoughMaterials& rough_materials_;

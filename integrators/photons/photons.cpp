@@ -64,7 +64,7 @@ Photons trace_by_power(const RenderContext& context, const RoughMaterials& rough
 
 }  // namespace
 
-PhotonSide::PhotonSide(const vec3& normal, PhotonHistory of) : history(of) {
+PhotonSide::PhotonSide(const vec3& normal, PhotonHistory of, Layer on) : history(of), layer(on) {
   const auto quantise = [](float x) {
     x = 127 * std::clamp(x, -1.0f, 1.0f);
     return static_cast<std::int8_t>(x + (x < 0 ? -0.5f : 0.5f));
@@ -73,12 +73,12 @@ PhotonSide::PhotonSide(const vec3& normal, PhotonHistory of) : history(of) {
 }
 
 void Photons::add(const vec3& at, const Rgb& watts, const vec3& from, float way, const vec3& normal_from, PhotonHistory history,
-                  int events) {
+                  int events, Layer layer) {
   position.push_back(at);
   power.push_back(watts);
   direction.push_back(from);
   flown.push_back(way);
-  side.emplace_back(normal_from, history);
+  side.emplace_back(normal_from, history, layer);
   scatterings.push_back(static_cast<std::uint16_t>(std::min(events, 65535)));
 }
 

@@ -44,13 +44,14 @@ namespace etendue {
 using PhotonHistory = std::uint8_t;
 inline constexpr PhotonHistory photon_direct = 1, photon_caustic = 2, photon_indirect = 4, photon_any = 7;
 
-// The geometric normal of the side a photon came from, in steps of 1/127, and its history.
+// The geometric normal of the side a photon came from, in steps of 1/127, its history, and the layer that it landed on.
 struct PhotonSide {
   std::int8_t x = 0, y = 0, z = 0;
-  PhotonHistory history = 0;
+  PhotonHistory history : 3 = 0;
+  Layer layer : 5 = 0;
 
   PhotonSide() = default;
-  PhotonSide(const vec3& normal, PhotonHistory history);
+  PhotonSide(const vec3& normal, PhotonHistory history, Layer layer = 0);
 
   vec3 normal() const { return vec3(x, y, z) * (1.0f / 127); }
   bool same_normal(const PhotonSide& other) const { return x == other.x && y == other.y && z == other.z; }
@@ -68,7 +69,7 @@ struct Photons {
   std::size_t size() const { return position.size(); }
   bool empty() const { return position.empty(); }
   void add(const vec3& at, const Rgb& watts, const vec3& from, float way, const vec3& normal_from, PhotonHistory history,
-           int events);
+           int events, Layer layer = 0);
   void append(const Photons& more);
   void reserve(std::size_t count);
   void clear();

@@ -361,9 +361,9 @@ class ProgressivePhotonMapping final : public Integrator {
     disc.observed.begin(size, site.at, throughput);
     const float off_plane = coverage_ ? DiscCoverage::flatness * size.radius : infinity;
     site.map.gather(site.at, size.reach, off_plane, [&](const GatheredPhoton& photon, const std::optional<Ray>& way) {
-      if (way)
+      if (way && !site.context.needs.masks)
         arrivals.gain({&disc, kernel, photon}, *way);
-      else
+      else if (!way || sees_landed(site.context, *way, site.at.position() + photon.offset))
         disc.add(photon, kernel);
     });
     return size.radius;

@@ -388,26 +388,36 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   EXPECT_EQ(told(wide, "bdpt"), "");
 }
 
-TEST(SurfacesMixed, AreToldWhereASheetThatLetsLightThroughLiesOnAFloor) {
-  const auto told = [](float opacity, float height, const char* method) {
-    SceneBuilder b("decal");
-    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
-    b.mesh(quad({-1, height, 1}, {1, height, 1}, {1, height, -1}, {-1, height, -1}), b.material(Diffuse{Rgb(0.5f)}));
+TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
+  const auto told = [](float opacity, float height, bool one_shape, const char* method) {
+    SceneBuilder b("sheets");
+    const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
+    MeshData sheets = quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2});
+    MeshData upper = quad({-1, height, 1}, {1, height, 1}, {1, height, -1}, {-1, height, -1});
+    if (one_shape) {
+      for (const uvec3& t : upper.triangles) sheets.triangles.push_back(t + 4u);
+      sheets.positions.insert(sheets.positions.end(), upper.positions.begin(), upper.positions.end());
+      sheets.uvs.insert(sheets.uvs.end(), upper.uvs.begin(), upper.uvs.end());
+    }
+    b.mesh(std::move(sheets), grey);
+    if (!one_shape) b.mesh(std::move(upper), grey);
     b.light(PointLight{{0, 2, 0}, Rgb(1)});
     b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {16, 16});
     Scene scene = b.finish();
     scene.textures.push_back(ImageTexture{.size = {1, 1}, .texels = {Rgb(opacity)}});
-    scene.objects[0].shapes[1].mask = 0;
+    for (Shape& shape : scene.objects[0].shapes) shape.mask = 0;
     SceneContext stage(std::move(scene), {16, 16}, 1);
     std::string text;
     with_threads(2, [&] { text = surfaces_mixed(stage.context, method); });
     return text;
   };
-  for (const char* method : {"photon-map", "sppm", "vcm", "irradiance-cache"})
-    EXPECT_NE(told(0.5f, 0.001f, method).find("path keeps them apart"), std::string::npos) << method;
-  EXPECT_EQ(told(0.5f, 0.001f, "path"), "");
-  EXPECT_EQ(told(1, 0.001f, "sppm"), "");
-  EXPECT_EQ(told(0.5f, 1, "sppm"), "");
+  for (const char* method : {"photon-map", "sppm", "vcm", "photon-cache"}) {
+    EXPECT_NE(told(0.5f, 0.001f, true, method).find("path keeps them apart"), std::string::npos) << method;
+    EXPECT_EQ(told(0.5f, 0.001f, false, method), "") << method;
+  }
+  for (const char* method : {"path", "irradiance-cache"}) EXPECT_EQ(told(0.5f, 0.001f, true, method), "") << method;
+  EXPECT_EQ(told(1, 0.001f, true, "sppm"), "");
+  EXPECT_EQ(told(0.5f, 1, true, "sppm"), "");
 }
 
 TEST(AutoStructure, WeighsBuildingAgainstTracing) {
