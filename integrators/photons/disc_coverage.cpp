@@ -11,7 +11,7 @@ namespace {
 constexpr double least_covered = 0.01;
 constexpr float missing = 0.5f;  // of a probe: on surfaces that curve away they are somewhat off 1
 constexpr std::uint32_t never = std::numeric_limits<std::uint32_t>::max();
-constexpr int most_passed = 8;  // sheets of glass above a surface that holds photons
+constexpr int most_passed = 8;  // surfaces above one that holds photons
 
 // x = (distance / r)^2 within which a share u of the kernel's integral lies.
 float kernel_quantile(Kernel kernel, float u) {
@@ -49,25 +49,29 @@ float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at,
                             SurfacePoint point, const NearWalls& walls) const {
   Ray ray = aim.ray;
   float free_from = 0;  // along the ray: beneath what it passed
-  const auto counts = [&] { return rough_materials_.stores(point.material) && share_light(point.layer, at.layer()); };
-  for (int passed = 0; !counts(); ++passed) {
+  // Photons that flew from there are looked for half of the way up, as before_landing has it.
+  const auto end = [&] { return free_from > 0 ? ray.at(0.5f * (free_from + hit.t)) : ray.origin; };
+  const auto is_hidden = [&] {
+    return !walls.none() && walls.may_hide(point.position, end) &&
+           !sees_landed(context, segment(at.origin(), end()), point.position);
+  };
+  for (int passed = 0;; ++passed) {
+    const bool counts = rough_materials_.stores(point.material) && share_light(point.layer, at.layer());
     const bool sheet = lets_light_through(point.layer);
-    if (passed == most_passed || !(sheet || std::holds_alternative<Dielectric>(context.scene.materials[point.material])))
-      return 0;
-    if (!sheet) free_from = hit.t;
+    const bool clear = sheet || std::holds_alternative<Dielectric>(context.scene.materials[point.material]);
+    if ((counts || !clear) && !is_hidden()) {
+      if (!counts) return 0;
+      break;
+    }
+    if (passed == most_passed) return 0;
+    if (counts || !sheet) free_from = hit.t;
     ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
     hit = trace(context, ray);
     if (!hit) return 0;
     point = context.scene.surface_at(ray, hit);
   }
-  // Photons that flew from there are looked for half of the way up, as before_landing has it.
-  const vec3 end = free_from > 0 ? ray.at(0.5f * (free_from + hit.t)) : ray.origin;
   const float facing = std::abs(glm::dot(point.normal, at.normal()));
   if (facing < (rules_.side_test ? 0.1f : 0.01f)) return 0;
-  // Behind a wall no photons count.
-  if (!walls.none() && walls.may_hide(point.position, [&] { return end; }) &&
-      !sees_landed(context, segment(at.origin(), end), point.position))
-    return 0;
   const float hit_x = aim.x + square((flatness * radius - hit.t) / radius), shape = kernel_shape(rules_.kernel, aim.x);
   if (!(hit_x < 1 && shape > 0)) return 0;
   return kernel_shape(rules_.kernel, hit_x) / (shape * facing * context.stopped_share(hit));  // as photons count there

@@ -166,14 +166,15 @@ TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
 }
 
 // The mean of probes over a disc about a point, by 64 x 64 of them.
-double probed_share(const SceneContext& stage, const SurfacePoint& point, const vec3& wo, Kernel kernel, float r) {
+double probed_share(const SceneContext& stage, const SurfacePoint& point, const vec3& wo, Kernel kernel, float r,
+                    const NearWalls& walls = {}) {
   const RoughMaterials rough_materials(stage.scene, 0);
   const DiscCoverage coverage(rough_materials, {kernel, true, SamplerKind::sobol}, ivec2(1), 1);
   const Bsdf bsdf(stage.scene, point);
   const GatherPoint at(point, bsdf, wo, photon_any, 64);
   double sum = 0;
   for (int i = 0; i < 64; ++i)
-    for (int k = 0; k < 64; ++k) sum += coverage.probe(stage.context, at, r, (vec2(i, k) + 0.5f) / 64.0f, {});
+    for (int k = 0; k < 64; ++k) sum += coverage.probe(stage.context, at, r, (vec2(i, k) + 0.5f) / 64.0f, walls);
   return sum / (64 * 64);
 }
 
@@ -205,6 +206,26 @@ TEST(PhotonEdges, ProbesFindTheSurfaceUnderGlass) {
   b.mesh(box({0, -2, 0.02f}, {2, 2, 0.06f}), glass);
   const SceneContext slab(b.finish());
   for (const Kernel kernel : all_kernels) EXPECT_NEAR(probed_share(slab, origin, {0, 0, 1}, kernel, radius), 1, 1e-3);
+}
+
+// A shelf so low that probes begin above it, thick or not, and a mirror or not.
+TEST(PhotonEdges, ProbesFindTheFloorUnderALowShelf) {
+  SurfacePoint below = origin;
+  below.clearance = 1e-5f;
+  for (const float thickness : {0.0f, 0.01f})
+    for (const bool mirror : {false, true}) {
+      SceneBuilder b("shelf");
+      const auto white = b.material(Diffuse{Rgb(1)});
+      b.mesh(quad({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}), white);
+      const auto shelf = mirror ? b.material(Conductor{.ideal = true}) : white;
+      const float low = 0.1f * radius, high = low + thickness;
+      b.mesh(thickness > 0 ? box({-1, -1, low}, {1, 1, high}) : quad({-1, -1, low}, {1, -1, low}, {1, 1, low}, {-1, 1, low}),
+             shelf);
+      const SceneContext stage(b.finish());
+      const WallGrid grid(stage.scene, radius);
+      const NearWalls walls = grid.near(vec3(0), {0, 0, 1}, radius);
+      EXPECT_NEAR(probed_share(stage, below, {0, 0, 1}, Kernel::box, radius, walls), 1, 1e-3) << thickness << mirror;
+    }
 }
 
 TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {
