@@ -1,6 +1,7 @@
 // Which structures stand in for one that exceeds its memory budget.
 #include "accel/registry.h"
 #include "accel/scene/with_masks.h"
+#include "accel/scene/with_planes.h"
 
 #include <algorithm>
 
@@ -42,10 +43,14 @@ std::unique_ptr<RayQuery> RayEntry::make(const Scene& scene, const ParamMap& map
   ParamReader reader(map, name);
   describe(reader, budget);
   const auto has_primitives = [](const Object& object) { return object.geometry.primitive_count() > 0; };
-  if (budget.memory == 0 || std::none_of(scene.objects.begin(), scene.objects.end(), has_primitives))
-    return with_masks(build(scene, map, nullptr), scene);
-  const bool leaner = budget.over_memory == "leaner";
-  return with_masks(build_within(budget, map.at("memory").where, scene.name, memory_rungs(*this, scene, map, leaner)), scene);
+  std::unique_ptr<RayQuery> built;
+  if (budget.memory == 0 || std::none_of(scene.objects.begin(), scene.objects.end(), has_primitives)) {
+    built = build(scene, map, nullptr);
+  } else {
+    const bool leaner = budget.over_memory == "leaner";
+    built = build_within(budget, map.at("memory").where, scene.name, memory_rungs(*this, scene, map, leaner));
+  }
+  return with_masks(with_planes(std::move(built), scene), scene);
 }
 
 }  // namespace etendue

@@ -3,7 +3,6 @@
 
 #include "accel/scene/memory_budget.h"
 #include "accel/scene/two_level.h"
-#include "accel/scene/with_planes.h"
 
 #include <concepts>
 #include <memory>
@@ -12,9 +11,8 @@
 namespace etendue {
 
 template <RayStructure S>
-std::unique_ptr<RayQuery> behind_interface(S structure, const Scene& scene) {
-  if (scene.planes.empty()) return std::make_unique<RayAdapter<S>>(std::move(structure));
-  return std::make_unique<RayAdapter<WithPlanes<S>>>(WithPlanes<S>(std::move(structure), scene.planes));
+std::unique_ptr<RayQuery> behind_interface(S structure) {
+  return std::make_unique<RayAdapter<S>>(std::move(structure));
 }
 
 // Most structures ask for an object's geometry alone.
@@ -26,18 +24,18 @@ auto make_over(const MakeBottom& make_bottom, const Object& object) {
     return make_bottom(object.geometry);
 }
 
-// A structure over a whole scene, with only the parts that the scene needs: a second level only over instances, a test of
-// planes only where there are any. `make_bottom(geometry)` builds over one object, `make_top(items)` the tree over instances.
+// A structure over a whole scene, with a second level only where the scene has instances. `make_bottom(geometry)` builds over
+// one object, `make_top(items)` the tree over instances.
 template <class MakeBottom, class MakeTop>
 std::unique_ptr<RayQuery> over_scene(const Scene& scene, MemoryWatch* watch, const MakeBottom& make_bottom,
                                      const MakeTop& make_top) {
-  if (!scene.has_instances()) return behind_interface(make_over(make_bottom, scene.objects[0]), scene);
+  if (!scene.has_instances()) return behind_interface(make_over(make_bottom, scene.objects[0]));
   std::vector<decltype(make_over(make_bottom, scene.objects[0]))> bottoms;
   for (const Object& object : scene.objects) {
     bottoms.push_back(make_over(make_bottom, object));
     if (watch != nullptr) watch->keep(bottoms.back().stats().bytes);
   }
-  return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))), scene);
+  return behind_interface(TwoLevel(std::move(bottoms), scene, make_top(instance_items(scene))));
 }
 
 // Parameters for a structure built under a watch, which may be null.

@@ -10,7 +10,7 @@ RayEntry embree_entry() {
       .name = "embree", .summary = "Intel's Embree 3, as a baseline", .params = list_params<WithMemory<EmbreeParams>>()};
 #ifdef ETENDUE_HAS_EMBREE
   entry.build = [](const Scene& scene, const ParamMap& map, MemoryWatch* watch) {
-    return behind_interface(Embree(scene, read_watched<EmbreeParams>(map, "embree", watch)), scene);
+    return behind_interface(Embree(scene, read_watched<EmbreeParams>(map, "embree", watch)));
   };
 #else
   entry.available = false;
