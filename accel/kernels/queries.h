@@ -23,13 +23,6 @@ struct CountNothing {
   static Hit some_hit(const Ray& ray) { return {ray.t_min, vec2(0), 0, 0}; }
 };
 
-struct CountNodes : CountNothing {
-  std::uint32_t& nodes;
-
-  explicit CountNodes(std::uint32_t& n) : nodes(n) {}
-  void node() { ++nodes; }
-};
-
 struct CountWork {
   static constexpr bool of_primitives = true;
   TraversalCounters& counters;

@@ -16,7 +16,7 @@ namespace etendue {
 namespace {
 
 inline constexpr int runs_apart = 3;           // of packet_size rays, which go in streams after a packet near them did not pay
-inline constexpr std::uint32_t few_nodes = 2;  // that a ray visits, with which a stream does not pay
+inline constexpr std::uint64_t few_nodes = 2;  // that a ray visits, with which a stream does not pay
 inline constexpr std::size_t judges = 16;      // rays that tell whether those after them visit few
 inline constexpr int runs_inside = 8;          // of packet_size rays, after some of which most met the root's box
 
@@ -86,13 +86,14 @@ struct NoStream {
 // Answers rays one by one; says whether those that may be traced visited few nodes.
 template <class Simd, int node_width, class Pack, class Answer>
 bool visit_few(const WideView<node_width, Pack>& view, std::span<const Ray> rays, const Answer& answer) {
-  std::uint32_t nodes = 0, traced = 0;
+  TraversalCounters counters;
+  std::uint64_t traced = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const std::uint32_t before = nodes;
-    answer(i, trace<Simd, false>(view, rays[i], CountNodes(nodes)));
-    traced += nodes > before;
+    const std::uint64_t before = counters.nodes;
+    answer(i, trace<Simd, false>(view, rays[i], CountWork{counters}));
+    traced += counters.nodes > before;
   }
-  return nodes < few_nodes * traced;
+  return counters.nodes < few_nodes * traced;
 }
 
 // `answer(i, hit)` is called once for every ray.
@@ -133,10 +134,12 @@ void trace_many(const WideView<node_width, Pack>& view, std::span<const Ray> ray
       std::size_t first = 0;
       if constexpr (any_hit) {
         stream.make_room();
-      } else if (streams && begin >= judged) {
-        first = std::min(judges, some.size());
-        are_short = visit_few<Simd>(view, some.first(first), [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
-        judged = begin + Stream::most;
+      } else if constexpr (streams) {
+        if (begin >= judged) {
+          first = std::min(judges, some.size());
+          are_short = visit_few<Simd>(view, some.first(first), [&](std::size_t i, const Hit& hit) { answer(begin + i, hit); });
+          judged = begin + Stream::most;
+        }
       }
       const bool singly = !streams || (!any_hit && (are_short || start_apart(some, size)));
       for (std::size_t i = first; i < some.size(); ++i) {

@@ -1,6 +1,7 @@
 #include "accel/bvh/wide/wide_bvh.h"
 
 #include "accel/bvh/wide/wide_isa.h"
+#include "accel/kernels/pack_query.h"
 #include "framework/core/check.h"
 
 namespace etendue {
@@ -15,6 +16,21 @@ const WideKernels<node_width, Pack>& kernels_of(const WideKernelSet& set) {
 }
 
 }  // namespace
+
+template <int node_width, class Pack>
+bool test_rare_leaf(const WideView<node_width, Pack>& view, const Ray& ray, const TriangleRay& shear, WideRef leaf,
+                    bool any_hit, Hit& hit) {
+  if (leaf.is_none()) return false;
+  if (leaf.is_pack()) {
+    using Query = PackQuery<Floats<Pack::lanes, native_width>, Pack, false>;
+    return Query(ray.origin, shear).test_rare(view.geometry, view.tree.packs[leaf.index()], ray, hit);
+  }
+  const WideList list = view.tree.lists[leaf.index()];
+  bool found = false;
+  for (std::uint32_t i = list.first; i < list.first + list.count && !(any_hit && found); ++i)
+    found |= intersect_primitive(view.geometry, view.tree.list_ids[i], ray, shear, hit);
+  return found;
+}
 
 template <int node_width, class Pack>
 const WideKernels<node_width, Pack>& wide_kernels(Isa isa) {
@@ -45,6 +61,9 @@ const BinnedKernels& binned_kernels(Isa isa) {
   return binned_kernels_four();
 }
 
+template bool test_rare_leaf(const WideView<4, TrianglePack<4>>&, const Ray&, const TriangleRay&, WideRef, bool, Hit&);
+template bool test_rare_leaf(const WideView<8, TrianglePack<8>>&, const Ray&, const TriangleRay&, WideRef, bool, Hit&);
+template bool test_rare_leaf(const WideView<16, SharedPack>&, const Ray&, const TriangleRay&, WideRef, bool, Hit&);
 template const WideKernels<4, TrianglePack<4>>& wide_kernels(Isa);
 template const WideKernels<8, TrianglePack<8>>& wide_kernels(Isa);
 template const WideKernels<16, SharedPack>& wide_kernels(Isa);

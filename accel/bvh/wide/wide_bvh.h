@@ -21,6 +21,12 @@ struct WideView {
   const SmallGeometry& small;
 };
 
+// A ray against a leaf that takes more than SIMD instructions: a list of primitives, or a pack of which some triangle takes
+// double precision. It lowers `hit`; for `any_hit` the first that is found will do. Compiled once for all instruction sets.
+template <int node_width, class Pack>
+bool test_rare_leaf(const WideView<node_width, Pack>& view, const Ray& ray, const TriangleRay& shear, WideRef leaf,
+                    bool any_hit, Hit& hit);
+
 template <int node_width, class Pack>
 struct WideKernels {
   using View = WideView<node_width, Pack>;

@@ -192,22 +192,12 @@ class LeafQuery : PackQuery<typename Simd::template Floats<Pack::lanes>, Pack, a
   // Lists of primitives, and packs of which some triangle takes double precision. Out of line: what is called from the midst of
   // a loop keeps the loop's vectors out of registers.
   template <class View>
-  [[gnu::noinline, gnu::flatten]] static bool test_rare(const View& view, const Ray& ray, const TriangleRay& shear,
-                                                        WideRef leaf, Hit& hit, Count& count) {
-    if (leaf.is_pack()) {
-      const Pack& pack = view.tree.packs[leaf.index()];
-      count_triangles(pack, count);
-      return Packs(ray.origin, shear).test_rare(view.geometry, pack, ray, hit);
-    }
-    if (leaf.is_none()) return false;
-    const WideList list = view.tree.lists[leaf.index()];
-    count.primitives(list.count);
-    bool found = false;
-    for (std::uint32_t i = list.first; i < list.first + list.count; ++i) {
-      found |= intersect_primitive(view.geometry, view.tree.list_ids[i], ray, shear, hit);
-      if (any_hit && found) return true;
-    }
-    return found;
+  static bool test_rare(const View& view, const Ray& ray, const TriangleRay& shear, WideRef leaf, Hit& hit, Count& count) {
+    if (Count::of_primitives && leaf.is_pack())
+      count_triangles(view.tree.packs[leaf.index()], count);
+    else if (Count::of_primitives && !leaf.is_none())
+      count.primitives(view.tree.lists[leaf.index()].count);
+    return test_rare_leaf(view, ray, shear, leaf, any_hit, hit);
   }
 
   template <class View>
