@@ -3,7 +3,6 @@
 #include "framework/core/check.h"
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <vector>
 
@@ -57,7 +56,7 @@ double normal_p(const std::vector<std::size_t>& ranks, std::size_t count, std::s
   if (variance == 0) return 1;
   const double off = std::abs(static_cast<double>(sum) / 2 - n * (all + 1) / 2) - 0.5;
   if (off <= 0) return 1;
-  return 2 * boost::math::cdf(complement(boost::math::normal(), off / std::sqrt(variance)));
+  return std::erfc(off / std::sqrt(2 * variance));
 }
 
 }  // namespace

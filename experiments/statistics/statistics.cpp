@@ -4,8 +4,7 @@
 #include "framework/core/rng.h"
 
 #include <algorithm>
-#include <boost/math/distributions/beta.hpp>
-#include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -63,9 +62,11 @@ double median(std::span<const double> values) { return quantile(values, 0.5); }
 double student_t_quantile(double p, double degrees) {
   CHECK(p > 0 && p < 1 && degrees > 0);
   if (p == 0.5) return 0;
-  const boost::math::students_t distribution(degrees);
-  // The tail keeps its digits where the distribution function is close to 1.
-  return p < 0.5 ? boost::math::quantile(distribution, p) : boost::math::quantile(complement(distribution, 1 - p));
+  // Beyond t lies half the incomplete beta function at x = degrees / (degrees + t^2); 1 - x keeps its digits where x is close
+  // to 1.
+  double rest = 0;
+  const double x = boost::math::ibeta_inv(degrees / 2, 0.5, 2 * std::min(p, 1 - p), &rest);
+  return std::copysign(std::sqrt(degrees * rest / x), p - 0.5);
 }
 
 double sidak_level(double level, std::size_t tests) {
@@ -74,10 +75,9 @@ double sidak_level(double level, std::size_t tests) {
 
 Interval share_interval(std::size_t count, std::size_t of) {
   CHECK_LE(count, of);
-  using Beta = boost::math::beta_distribution<>;
   const auto k = static_cast<double>(count), n = static_cast<double>(of);
-  return {count == 0 ? 0 : boost::math::quantile(Beta(k, n - k + 1), 0.025),
-          count == of ? 1 : boost::math::quantile(Beta(k + 1, n - k), 0.975)};
+  return {count == 0 ? 0 : boost::math::ibeta_inv(k, n - k + 1, 0.025),
+          count == of ? 1 : boost::math::ibeta_inv(k + 1, n - k, 0.975)};
 }
 
 double tail_index(std::span<const double> values, double share) {
