@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <iterator>
 #include <map>
 
 namespace etendue {
@@ -83,7 +82,7 @@ class CurvesText {
     const std::string after = accels_.cells(cell.accel) + integrators_.cells(cell.integrator);
     const auto add_metrics = [&](const std::string& region, const std::map<std::string, double>& metrics) {
       for (const auto& [metric, value] : metrics)
-        fmt::format_to(std::back_inserter(text_), "{},{},{},{}{}\n", before, escape_csv(region), metric, value, after);
+        text_ += fmt::format("{},{},{},{}{}\n", before, escape_csv(region), metric, value, after);
     };
     add_metrics("", checkpoint.metrics);
     for (const auto& [region, metrics] : checkpoint.regions) add_metrics(region, metrics);

@@ -218,4 +218,10 @@ std::string table_html(const Table& table, const std::string& csv) {
   return out;
 }
 
+void add_column(Table& table, std::string&& key, std::string&& title, bool right, Audience audience, std::size_t group) {
+  table.columns.push_back({std::move(key), std::move(title), right, audience, group});
+}
+
+void add_cell(Table& table, std::size_t row, TableCell cell) { table.rows[row].push_back(std::move(cell)); }
+
 }  // namespace etendue

@@ -41,8 +41,8 @@ class TableOf {
   void column(std::string key, std::string title, const Show& show, Audience audience = Audience::everyone) {
     using Shown = std::remove_cvref_t<std::invoke_result_t<const Show&, const Record&>>;
     constexpr bool is_text = std::is_convertible_v<Shown, std::string> || std::is_same_v<Shown, NameCell>;
-    table_.columns.push_back({std::move(key), std::move(title), !is_text, shown_ ? audience : Audience::machines, group_});
-    for (std::size_t i = 0; i < records_.size(); ++i) table_.rows[i].emplace_back(std::invoke(show, records_[i]));
+    add_column(table_, std::move(key), std::move(title), !is_text, shown_ ? audience : Audience::machines, group_);
+    for (std::size_t i = 0; i < records_.size(); ++i) add_cell(table_, i, std::invoke(show, records_[i]));
   }
 
   // A column for programs alone.
