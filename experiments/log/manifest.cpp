@@ -4,7 +4,6 @@
 #include "framework/core/parallel.h"
 
 #include <etendue_build.h>
-#include <etendue_commit.h>
 #include <fmt/chrono.h>
 #include <unistd.h>
 #include <algorithm>
@@ -14,6 +13,8 @@
 #include <map>
 
 namespace etendue {
+
+extern const char* const built_commit;  // write_commit.cmake
 
 namespace {
 
@@ -47,7 +48,7 @@ ManifestRecord make_manifest(const std::string& title, const std::string& experi
   std::map<std::string, std::string> cpu = cpu_facts();
   const auto text = [&](const char* key) { return cpu[key].empty() ? "unknown" : cpu[key]; };
   const auto number = [&](const char* key) { return std::atoi(cpu[key].c_str()); };
-  ManifestRecord record{"",    ETENDUE_VERSION, ETENDUE_COMMIT, compiler, ETENDUE_FLAGS, text("model name"),
+  ManifestRecord record{"",    ETENDUE_VERSION, built_commit, compiler, ETENDUE_FLAGS, text("model name"),
                         title, experiment_hash, threads};
   record.cpu_vendor = text("vendor_id");
   record.cpu_family = number("cpu family");
@@ -61,6 +62,6 @@ ManifestRecord make_manifest(const std::string& title, const std::string& experi
   return record;
 }
 
-std::string version_text() { return fmt::format("etendue {} ({})", ETENDUE_VERSION, ETENDUE_COMMIT); }
+std::string version_text() { return fmt::format("etendue {} ({})", ETENDUE_VERSION, built_commit); }
 
 }  // namespace etendue
