@@ -11,7 +11,7 @@ static_assert(PointStructure<LeftBalancedTree>);
 
 namespace {
 
-constexpr std::size_t parallel_size = 8192;  // subtrees of fewer points are one task
+constexpr std::size_t task_size = 8192;  // subtrees of fewer points are one task
 
 }  // namespace
 
@@ -27,7 +27,7 @@ void LeftBalancedTree::place(std::span<PlacedPoint> points, std::size_t node) {
     });
     nodes_[node] = {median->position, median->id | static_cast<std::uint32_t>(axis) << 30};
     const auto lower = points.first(left), upper = points.subspan(left + 1);
-    if (points.size() > parallel_size)
+    if (points.size() > task_size)
       return parallel_invoke([=, this] { place(lower, 2 * node); }, [=, this] { place(upper, 2 * node + 1); });
     place(lower, 2 * node);
     points = upper;

@@ -6,8 +6,6 @@ static_assert(RecordStructure<RecordBvh>);
 
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
 float margin(const Bounds& b) {
   const vec3 d = b.upper - b.lower;
   return d.x + d.y + d.z;
@@ -22,7 +20,7 @@ Bounds joined(Bounds a, const Bounds& b) {
 
 RecordBvh::Leaf::Leaf() {
   std::fill_n(&centre[0][0], 3 * width, 0.0f);
-  std::fill_n(radius_squared, width, nan);
+  std::fill_n(radius_squared, width, std::numeric_limits<float>::quiet_NaN());
 }
 
 RecordBvh::Node::Node() {

@@ -21,7 +21,7 @@ namespace {
 namespace simplification = CGAL::Surface_mesh_simplification;
 using Kernel = CGAL::Simple_cartesian<double>;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_face_graph_triangle_primitive<Mesh> > >;
+using FaceTree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_face_graph_triangle_primitive<Mesh> > >;
 
 constexpr std::size_t most_samples = 10'000;  // vertices whose distance is measured
 
@@ -101,7 +101,7 @@ struct Collapsing {
 
  private:
   float distance() const {
-    Tree tree(faces(mesh).first, faces(mesh).second, mesh);
+    FaceTree tree(faces(mesh).first, faces(mesh).second, mesh);
     tree.accelerate_distance_queries();
     double largest = 0;
     const std::size_t samples = std::min(fine.size(), most_samples);

@@ -13,35 +13,33 @@ namespace etendue {
 
 namespace {
 
-struct Configuration {
+struct CellGroup {
   std::string scene, accel, integrator;
   std::vector<const CellRecord*> cells;  // that are done, by seed
 };
 
-std::vector<Configuration> configurations_of(const RunLog& log) {
-  std::vector<Configuration> all;
+std::vector<CellGroup> configurations_of(const RunLog& log) {
+  std::vector<CellGroup> all;
   for (const CellRecord& cell : log.cells) {
     if (cell.status != "done") continue;
     const auto& [scene, accel, integrator, seed] = cell.cell;
-    const auto same = [&](const Configuration& c) {
-      return c.scene == scene && c.accel == accel && c.integrator == integrator;
-    };
+    const auto same = [&](const CellGroup& c) { return c.scene == scene && c.accel == accel && c.integrator == integrator; };
     find_or_add(all, same, {scene, accel, integrator, {}}).cells.push_back(&cell);
   }
-  for (Configuration& configuration : all)
+  for (CellGroup& configuration : all)
     std::ranges::sort(configuration.cells,
                       [](const CellRecord* a, const CellRecord* b) { return a->cell.seed < b->cell.seed; });
   return all;
 }
 
 // Names the images and the reference by their bits.
-std::string images_hash(const Configuration& configuration, const ReferenceRecord& reference) {
+std::string images_hash(const CellGroup& configuration, const ReferenceRecord& reference) {
   std::string text = reference.scene_hash + ' ' + reference.stamp.hash;
   for (const CellRecord* cell : configuration.cells) text += fmt::format(" {} {}", cell->cell.seed, cell->image_hash);
   return hash_text(text);
 }
 
-const ProductsRecord* find_products(const RunLog& log, const Configuration& configuration, const ReferenceRecord& reference,
+const ProductsRecord* find_products(const RunLog& log, const CellGroup& configuration, const ReferenceRecord& reference,
                                     const std::string& region, bool at_checkpoints) {
   for (const ProductsRecord& record : log.products)
     if (record.scene == configuration.scene && record.accel == configuration.accel &&
@@ -57,8 +55,7 @@ struct SeedImages {
   std::size_t points = 0;
 };
 
-std::optional<SeedImages> read_images(const Configuration& configuration, const ReferenceRecord& reference,
-                                      bool at_checkpoints) {
+std::optional<SeedImages> read_images(const CellGroup& configuration, const ReferenceRecord& reference, bool at_checkpoints) {
   SeedImages images;
   try {
     images.reference = read_exr(reference.file);
@@ -105,7 +102,7 @@ const ProductsRecord* current_products(const RunLog& log, const CellName& name, 
                                        bool at_checkpoints) {
   const ReferenceRecord* const reference = log.reference(name.scene);
   if (reference == nullptr) return nullptr;
-  for (const Configuration& configuration : configurations_of(log))
+  for (const CellGroup& configuration : configurations_of(log))
     if (configuration.scene == name.scene && configuration.accel == name.accel && configuration.integrator == name.integrator)
       return find_products(log, configuration, *reference, region, at_checkpoints);
   return nullptr;
@@ -113,7 +110,7 @@ const ProductsRecord* current_products(const RunLog& log, const CellName& name, 
 
 std::vector<ProductsRecord> missing_products(const RunLog& log) {
   std::vector<ProductsRecord> found;
-  for (const Configuration& configuration : configurations_of(log)) {
+  for (const CellGroup& configuration : configurations_of(log)) {
     const ReferenceRecord* const logged = log.reference(configuration.scene);
     if (configuration.cells.size() < 2 || logged == nullptr || logged->file.empty()) continue;
     for (const bool at_checkpoints : {false, true}) {

@@ -13,11 +13,11 @@ struct LogPoint {
   double x, log_x, log_y, weight;
 };
 
-struct Parameters {
+struct FitParameters {
   double exponent = 0, log_amplitude = 0, plateau = 0;
 };
 
-std::optional<Parameters> fit_power(std::span<const LogPoint> points) {
+std::optional<FitParameters> fit_power(std::span<const LogPoint> points) {
   double w = 0, wx = 0, wy = 0;
   for (const LogPoint& p : points) {
     w += p.weight;
@@ -31,7 +31,7 @@ std::optional<Parameters> fit_power(std::span<const LogPoint> points) {
     xy += p.weight * (p.log_x - mean_x) * (p.log_y - mean_y);
   }
   if (!(xx > 0)) return std::nullopt;
-  return Parameters{xy / xx, mean_y - xy / xx * mean_x, 0};
+  return FitParameters{xy / xx, mean_y - xy / xx * mean_x, 0};
 }
 
 // y = A (x^e + ratio), x relative to the largest. The residuals log y - log(x^e + ratio) less their mean, which is log A, and
@@ -52,7 +52,7 @@ class PlateauResiduals {
     return bounded(at + dvec2(qq * s.re - s.eq * s.rq, ee * s.rq - s.eq * s.re) / determinant);
   }
 
-  Parameters parameters(const dvec2& at) {
+  FitParameters parameters(const dvec2& at) {
     const double log_amplitude = evaluate(at).log_amplitude;
     return {at.x, log_amplitude - at.x * last_, std::exp(log_amplitude + at.y)};
   }
@@ -93,7 +93,7 @@ class PlateauResiduals {
 };
 
 // The sum of squares may have several valleys: a grid finds the deepest, steps of Gauss and Newton its bottom.
-std::optional<Parameters> fit_plateau(std::span<const LogPoint> points) {
+std::optional<FitParameters> fit_plateau(std::span<const LogPoint> points) {
   if (points.size() < 4) return std::nullopt;
   using R = PlateauResiduals;
   R residuals(points);
@@ -124,7 +124,7 @@ std::optional<Parameters> fit_plateau(std::span<const LogPoint> points) {
   return residuals.parameters(best);
 }
 
-std::optional<Parameters> fit(std::span<const LogPoint> points, Prediction::Model model) {
+std::optional<FitParameters> fit(std::span<const LogPoint> points, Prediction::Model model) {
   if (points.size() < 3) return std::nullopt;
   return model == Prediction::Model::plateau ? fit_plateau(points) : fit_power(points);
 }

@@ -34,15 +34,15 @@ struct Polygon {
   std::span<const dvec3> all() const { return {corners.data(), size}; }
 };
 
-struct Plane {
+struct CutPlane {
   dvec3 normal;
   double offset;
 
   double above(const dvec3& p) const { return glm::dot(normal, p) - offset; }
-  Plane turned() const { return {-normal, -offset}; }
+  CutPlane turned() const { return {-normal, -offset}; }
 };
 
-using Pyramid = std::array<Plane, 4>;  // with its top at a point; normals outward
+using Pyramid = std::array<CutPlane, 4>;  // with its top at a point; normals outward
 
 struct Face {
   std::array<dvec3, 4> corners;
@@ -53,7 +53,7 @@ struct Face {
   bool faces(const dvec3& p) const { return glm::dot(normal, p - corners[0]) > sliver; }
 };
 
-Polygon clipped(const Polygon& polygon, const Plane& plane) {
+Polygon clipped(const Polygon& polygon, const CutPlane& plane) {
   Polygon kept;
   for (std::size_t i = 0; i < polygon.size; ++i) {
     const dvec3 &a = polygon.corners[i], &b = polygon.corners[(i + 1) % polygon.size];
@@ -67,7 +67,7 @@ Polygon clipped(const Polygon& polygon, const Plane& plane) {
 
 // The part within a pyramid.
 Polygon within(Polygon polygon, const Pyramid& pyramid) {
-  for (const Plane& side : pyramid) {
+  for (const CutPlane& side : pyramid) {
     const auto below = [&](const dvec3& p) { return side.above(p) < sliver; };
     if (!std::all_of(polygon.all().begin(), polygon.all().end(), below)) polygon = clipped(polygon, side.turned());
     if (polygon.size == 0) break;
@@ -78,13 +78,13 @@ Polygon within(Polygon polygon, const Pyramid& pyramid) {
 // The room's faces, and how one hides another.
 class GlowingRoom {
  public:
-  explicit GlowingRoom(const Plane& between) : between_(between) {}
+  explicit GlowingRoom(const CutPlane& between) : between_(between) {}
 
   void add(Face face) { faces_.push_back(std::move(face)); }
 
   // At a point of a face.
   dvec3 irradiance(const dvec3& point, const Face& on) const {
-    const Plane horizon{on.normal, glm::dot(on.normal, point)};
+    const CutPlane horizon{on.normal, glm::dot(on.normal, point)};
     const int nearer = between_.above(point) < 0 ? 0 : 1;  // the box that may hide the other
     static thread_local std::vector<Pyramid> near, far;    // in which its faces and the other's are seen
     near.clear();
@@ -120,14 +120,14 @@ class GlowingRoom {
     const dvec3 middle = 0.5 * (face.corners[0] + face.corners[2]);
     for (std::size_t i = 0; i < 4; ++i) {
       const dvec3 n = glm::normalize(glm::cross(face.corners[i] - top, face.corners[(i + 1) % 4] - top));
-      const Plane side{n, glm::dot(n, top)};
+      const CutPlane side{n, glm::dot(n, top)};
       sides[i] = side.above(middle) > 0 ? side.turned() : side;
     }
     return sides;
   }
 
   std::vector<Face> faces_;
-  Plane between_;
+  CutPlane between_;
 };
 
 // A rectangle from its corner, its sides along u and v; it faces their cross product.
@@ -190,7 +190,7 @@ Scene make_glowing_room(const GlowingRoomParams& params) {
   for (const Rectangle& r : box_faces(1, {0.4f, 0, 0.3f}, {0.28f, 0.28f, 0.28f}, -17, params.walls)) rectangles.push_back(r);
   // Half way between the boxes' middles.
   const dvec3 across = glm::normalize(dvec3(0.78, 0, 0.65));
-  auto room = std::make_shared<GlowingRoom>(Plane{across, glm::dot(across, dvec3(0.01, 0, -0.025))});
+  auto room = std::make_shared<GlowingRoom>(CutPlane{across, glm::dot(across, dvec3(0.01, 0, -0.025))});
   ExactStage s("builtin:glowing-room");
   for (const Rectangle& r : rectangles) {
     const dvec3 a(r.corner), u(r.u), v(r.v);

@@ -13,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-const vec3 lower(-10, 0, -16), upper(10, 6, 16);  // of the hall, metres
+const vec3 hall_lower(-10, 0, -16), hall_upper(10, 6, 16);  // of the hall, metres
 const vec3 eye(-7.5f, 3.2f, -15.5f);
 constexpr float total_area = 0.5f;           // m^2, of all lights
 constexpr float total_radiance = 1500;       // mean over that area, W/(m^2 sr)
@@ -33,7 +33,7 @@ bool is_free(const vec3& p) {
 vec3 place(std::uint32_t i) {
   static const dvec3 steps(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
   const dvec3 at = glm::fract(0.5 + static_cast<double>(i) * steps);
-  return lower + gap + vec3(at) * (upper - lower - 2 * gap);
+  return hall_lower + gap + vec3(at) * (hall_upper - hall_lower - 2 * gap);
 }
 
 float number(std::uint32_t light, int which) {
@@ -62,7 +62,7 @@ void add_hall(SceneBuilder& b) {
   const auto wall = b.material(Diffuse{Rgb(0.6f, 0.58f, 0.54f)});
   const auto floor = b.material(Diffuse{Rgb(0.45f, 0.4f, 0.35f)});
   const auto blue = b.material(Diffuse{Rgb(0.25f, 0.35f, 0.6f)});
-  const vec3 l = lower, u = upper;
+  const vec3 l = hall_lower, u = hall_upper;
   b.mesh(quad({l.x, 0, u.z}, {u.x, 0, u.z}, {u.x, 0, l.z}, {l.x, 0, l.z}), floor);
   b.mesh(quad({l.x, u.y, l.z}, {u.x, u.y, l.z}, {u.x, u.y, u.z}, {l.x, u.y, u.z}), wall);
   b.mesh(quad({l.x, 0, l.z}, {u.x, 0, l.z}, {u.x, u.y, l.z}, {l.x, u.y, l.z}), wall);

@@ -9,7 +9,7 @@ namespace etendue {
 namespace {
 
 // Below this cosine the light's own foreshortening is not divided out again, lest a rounding error be.
-constexpr float least_cosine = 1e-3f;
+constexpr float least_merged_cosine = 1e-3f;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ void VcmMerges::build(const RenderContext& context, const LightPaths& light_path
   parallel_for(order.size(), 1024, [&](std::size_t i) {
     const LightVertex& v = *vertices[order[i]];
     positions_[i] = v.point.position;
-    const float cosine = std::max(std::abs(glm::dot(v.wo, v.point.normal)), least_cosine);
+    const float cosine = std::max(std::abs(glm::dot(v.wo, v.point.normal)), least_merged_cosine);
     photons_[i] = {v.wo, v.flown, v.power / (cosine * v.opacity), v.mis.vcm, v.mis.vm, v.events};
     if (!layers_.empty()) layers_[i] = v.point.layer;
     if (settings.correlation) followed_[i] = {v.trail->light, v.trail->part(v.events)};

@@ -8,12 +8,11 @@ namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t none = no_id;
 constexpr float least_survival = 0.1f;  // so that an error of the cache costs little
 constexpr float roulette_slack = 3;     // roulette begins where a path is worth a third of what it promised
 
 // An event of a path, kept until the radiance that it found is known.
-struct Event {
+struct GuidedEvent {
   GuideRecord record;  // but its radiance
   Rgb throughput;      // after the event, before roulette
   std::uint32_t previous;
@@ -28,7 +27,7 @@ struct GuidedState {
   float expected_light = -1;  // luminance of indirect light that the path was expected to find at its first diffuse surface
   float eta_scale = 1;        // undoes the eta^2 of refractions
   float pdf = 0;              // of the ray's direction; 0: delta lobe or camera
-  std::uint32_t last_event = none;
+  std::uint32_t last_event = no_id;
 };
 
 // The mixture that a path's light sample is weighted against.
@@ -39,7 +38,7 @@ struct MixtureOfPath {
 
 struct GuidedWavefront {
   Wavefront<GuidedState> paths;
-  std::vector<Event> events;
+  std::vector<GuidedEvent> events;
   std::vector<std::uint32_t> last_events;  // of the paths
   std::vector<MixtureOfPath> mixtures;     // of the paths
 };
@@ -62,7 +61,7 @@ struct Mixture {
         share(b.has_non_specular() ? guide.bsdf_share(b.is_diffuse()) : 1) {}
 };
 
-struct Scattered {
+struct MixtureSample {
   BsdfSample sample;  // weight and density of the mixture
   Rgb value{0};       // f |cos|; black for delta lobes
   Rgb unguided{0};    // the weight that BSDF sampling gives
@@ -77,11 +76,11 @@ float crossed_eta(const RenderContext& context, const SurfacePoint& point, const
   return glm::dot(wo, point.normal) > 0 ? dielectric->eta : 1 / dielectric->eta;
 }
 
-Scattered sample_mixture(const RenderContext& context, const SurfacePoint& point, const Mixture& mixture, const vec3& wo,
-                         Sampler& sampler) {
+MixtureSample sample_mixture(const RenderContext& context, const SurfacePoint& point, const Mixture& mixture, const vec3& wo,
+                             Sampler& sampler) {
   const float u_choice = sampler.get_1d();
   const vec2 u = sampler.get_2d();
-  Scattered out;
+  MixtureSample out;
   BsdfSample& sample = out.sample;
   if (u_choice < mixture.share) {
     sample = mixture.bsdf.sample(wo, std::min(u_choice / mixture.share, 0x1.fffffep-1f), u);
@@ -127,14 +126,14 @@ float survival(GuidedState& state, float expected) {
 
 // Samples the direction in which a path continues; false where it ends.
 bool scatter(const RenderContext& context, GuidedState& state, Ray& ray, const SurfacePoint& point, const Mixture& mixture,
-             int depth, const PathSettings& settings, std::vector<Event>& events) {
+             int depth, const PathSettings& settings, std::vector<GuidedEvent>& events) {
   const vec3 wo = -ray.direction;
   float expected = -1;
   if (mixture.bsdf.is_diffuse() && mixture.guide.indirect() >= 0) {
     expected = luminance(state.throughput * mixture.bsdf.diffuse_albedo()) * mixture.guide.indirect();
     if (state.expected_light < 0) state.expected_light = expected;
   }
-  const Scattered scattered = sample_mixture(context, point, mixture, wo, state.path->sampler);
+  const MixtureSample scattered = sample_mixture(context, point, mixture, wo, state.path->sampler);
   const BsdfSample& sample = scattered.sample;
   state.throughput *= sample.weight;
   if (!sample.specular && mixture.bsdf.has_non_specular()) {
@@ -166,11 +165,12 @@ bool scatter(const RenderContext& context, GuidedState& state, Ray& ray, const S
 
 // Makes a record of each event: the radiance that the path gained after it, over its throughput there. Where the next surface
 // is in the cache, its indirect light is taken from the cache and only the rest from the path.
-void record(const PathSample& path, std::uint32_t last, const std::vector<Event>& events, std::vector<GuideRecord>& records) {
+void record(const PathSample& path, std::uint32_t last, const std::vector<GuidedEvent>& events,
+            std::vector<GuideRecord>& records) {
   const std::size_t begin = records.size();
   Rgb until = path.radiance;  // of the path when it left the next event
-  for (std::uint32_t i = last; i != none; i = events[i].previous) {
-    const Event& event = events[i];
+  for (std::uint32_t i = last; i != no_id; i = events[i].previous) {
+    const GuidedEvent& event = events[i];
     const auto since = [&](const Rgb& radiance) {
       Rgb gained(0);
       for (int c = 0; c < 3; ++c)
@@ -187,9 +187,9 @@ void record(const PathSample& path, std::uint32_t last, const std::vector<Event>
 }
 
 // Stores with the event before what the cache knows of the surface that the path has reached.
-void ask_cache(GuidedState& state, const Mixture& mixture, std::vector<Event>& events) {
-  if (state.last_event == none || !mixture.bsdf.is_diffuse()) return;
-  Event& event = events[state.last_event];
+void ask_cache(GuidedState& state, const Mixture& mixture, std::vector<GuidedEvent>& events) {
+  if (state.last_event == no_id || !mixture.bsdf.is_diffuse()) return;
+  GuidedEvent& event = events[state.last_event];
   if (event.cached >= 0 || mixture.guide.indirect() < 0) return;
   Rgb carried(0);
   for (int c = 0; c < 3; ++c)
@@ -203,11 +203,11 @@ void trace_guided_paths(const RenderContext& context, std::span<PathSample> path
                         const SdTree& guide, std::vector<GuideRecord>& records) {
   static thread_local GuidedWavefront wave;  // for its memory
   Wavefront<GuidedState>& states = wave.paths;
-  std::vector<Event>& events = wave.events;
+  std::vector<GuidedEvent>& events = wave.events;
   std::vector<std::uint32_t>& last_events = wave.last_events;
   states.clear();
   events.clear();
-  last_events.assign(paths.size(), none);
+  last_events.assign(paths.size(), no_id);
   wave.mixtures.resize(paths.size());
   for (PathSample& path : paths) states.start({&path}, path.ray);
   const auto meet = [&](GuidedState& state, Ray& ray, const SurfacePoint* met, int depth) {

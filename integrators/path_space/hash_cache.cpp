@@ -19,8 +19,6 @@ namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t none = no_id;
-
 // A camera sample: the light it found itself, and its lookup in the cache.
 struct Pixel {
   Sampler sampler;
@@ -51,7 +49,7 @@ struct HashedState {
   float eta_scale = 1, pdf_bsdf = 0;
   bool asked = false, from_diffuse = false;
   CausticChain chain = {};
-  std::uint32_t last_event = none;
+  std::uint32_t last_event = no_id;
 };
 
 struct TileWavefront {
@@ -161,7 +159,7 @@ void HashCache::meet_light(const RenderContext& context, const HashedState& stat
   }
   Event& event = wave.events[state.last_event];
   event.followed = true;
-  if (event.previous == none) {
+  if (event.previous == no_id) {
     pixel.radiance += pixel.weight * met;
   } else {
     event.arrived = pixel.found + event.carried * met;
@@ -250,7 +248,7 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
 void collect(std::vector<Pixel>& pixels, TileWavefront& wave, std::vector<CachedValue>& values) {
   for (std::size_t p = 0; p < pixels.size(); ++p) {
     Rgb value = pixels[p].found;
-    for (std::uint32_t i = wave.last_events[p]; i != none; i = wave.events[i].previous) {
+    for (std::uint32_t i = wave.last_events[p]; i != no_id; i = wave.events[i].previous) {
       Event& event = wave.events[i];
       if (!event.followed) event.arrived = std::exchange(value, Rgb(0));
       if (is_finite(value)) values.push_back({event.position, event.normal, event.depth, value});
@@ -272,7 +270,7 @@ void HashCache::trace_tile(const RenderContext& context, std::size_t number, std
     wave.paths.start({static_cast<std::uint32_t>(pixels.size())}, path.ray);
     pixels.push_back({path.sampler});
   });
-  wave.last_events.assign(pixels.size(), none);
+  wave.last_events.assign(pixels.size(), no_id);
   wave.paths.run(context, 0, [&](HashedState& state, Ray& ray, const SurfacePoint* met, int depth) {
     const bool goes_on = meet(context, state, ray, met, depth, pixels, wave);
     wave.last_events[state.pixel] = state.last_event;

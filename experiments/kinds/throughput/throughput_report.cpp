@@ -14,7 +14,7 @@ namespace etendue {
 namespace {
 
 // A line of the table: a cell with one instruction set.
-struct Row {
+struct ThroughputRow {
   const ThroughputRecord* record;
   const Throughput* figures;
 
@@ -22,8 +22,8 @@ struct Row {
   std::string series() const { return record->cell.integrator + ", " + isa(); }
 };
 
-std::vector<Row> rows_of(const RunLog& log) {
-  std::vector<Row> rows;
+std::vector<ThroughputRow> rows_of(const RunLog& log) {
+  std::vector<ThroughputRow> rows;
   for (const ThroughputRecord* record : done_records_of<ThroughputRecord>(log))
     for (const Throughput& figures : record->sets) rows.push_back({record, &figures});
   return rows;
@@ -37,8 +37,8 @@ std::vector<std::string> commits_of(const RunLog& log) {
 }
 
 // What the cell did with the first commit that ran it, likewise; null: this one was the first.
-const Throughput* first_of(const std::vector<Row>& rows, const Row& row) {
-  for (const Row& other : rows)
+const Throughput* first_of(const std::vector<ThroughputRow>& rows, const ThroughputRow& row) {
+  for (const ThroughputRow& other : rows)
     if (other.record->cell.scene == row.record->cell.scene && other.series() == row.series())
       return other.record == row.record ? nullptr : other.figures;
   return nullptr;
@@ -56,21 +56,21 @@ std::string shares_text(const Throughput& figures) {
   return text;
 }
 
-std::vector<Row> newest_of(const RunLog& log, const std::vector<Row>& all) {
-  std::vector<Row> newest;
-  for (const Row& row : all)
+std::vector<ThroughputRow> newest_of(const RunLog& log, const std::vector<ThroughputRow>& all) {
+  std::vector<ThroughputRow> newest;
+  for (const ThroughputRow& row : all)
     if (row.record->commit() == commits_of(log).back()) newest.push_back(row);
   return newest;
 }
 
 // The fastest method on the first scene, and what the last instruction set gains over the first in all cells.
 std::string throughput_answer(const RunLog& log) {
-  const std::vector<Row> all = rows_of(log), rows = newest_of(log, all);
+  const std::vector<ThroughputRow> all = rows_of(log), rows = newest_of(log, all);
   if (rows.empty()) return {};
-  const auto speed = [](const Row& row) { return row.figures->samples_per_s.median; };
-  const Row* fastest = &rows.front();
+  const auto speed = [](const ThroughputRow& row) { return row.figures->samples_per_s.median; };
+  const ThroughputRow* fastest = &rows.front();
   std::vector<double> gains;
-  for (const Row& row : rows) {
+  for (const ThroughputRow& row : rows) {
     if (row.record->cell.scene == fastest->record->cell.scene && speed(row) > speed(*fastest)) fastest = &row;
     const std::vector<Throughput>& sets = row.record->sets;
     if (row.figures == &sets.back() && sets.size() > 1)
@@ -87,17 +87,17 @@ std::string throughput_answer(const RunLog& log) {
 }
 
 Table newest_table(const RunLog& log) {
-  const std::vector<Row> all = rows_of(log), newest = newest_of(log, all);
-  TableOf<Row> table("throughput", "Throughput", newest);
-  table.column("scene", "scene", [](const Row& r) { return r.record->cell.scene; });
-  table.column("integrator", "method", [](const Row& r) { return r.record->cell.integrator; });
-  table.column("isa", "with", &Row::isa);
-  table.data("commit", [](const Row& r) { return r.record->commit(); });
+  const std::vector<ThroughputRow> all = rows_of(log), newest = newest_of(log, all);
+  TableOf<ThroughputRow> table("throughput", "Throughput", newest);
+  table.column("scene", "scene", [](const ThroughputRow& r) { return r.record->cell.scene; });
+  table.column("integrator", "method", [](const ThroughputRow& r) { return r.record->cell.integrator; });
+  table.column("isa", "with", &ThroughputRow::isa);
+  table.data("commit", [](const ThroughputRow& r) { return r.record->commit(); });
   table.group("Rates");
   const auto column = [&](const std::string& key, const char* title, Measured Throughput::*figure) {
-    table.column(key, title, [=](const Row& r) { return rate(r.figures->*figure); });
+    table.column(key, title, [=](const ThroughputRow& r) { return rate(r.figures->*figure); });
     const auto end = [&](const char* suffix, double Measured::*part) {
-      table.data(key + suffix, [=](const Row& r) { return TableCell((r.figures->*figure).*part); });
+      table.data(key + suffix, [=](const ThroughputRow& r) { return TableCell((r.figures->*figure).*part); });
     };
     end("_low", &Measured::low);
     end("_high", &Measured::high);
@@ -106,14 +106,14 @@ Table newest_table(const RunLog& log) {
   column("rays_per_s", "rays/s", &Throughput::rays_per_s);
   column("photons_per_s", "photons/s", &Throughput::photons_per_s);
   column("records_per_s", "records/s", &Throughput::records_per_s);
-  table.column("over_first", "over first", [&](const Row& r) {
+  table.column("over_first", "over first", [&](const ThroughputRow& r) {
     const Throughput* first = first_of(all, r);
     if (first == nullptr) return TableCell();
     return TableCell(r.figures->samples_per_s.median / first->samples_per_s.median,
                      fmt::format("{:.2f}", r.figures->samples_per_s.median / first->samples_per_s.median));
   });
   table.group("Share of time by phase");
-  table.column("phases", "phases", [](const Row& r) { return shares_text(*r.figures); });
+  table.column("phases", "phases", [](const ThroughputRow& r) { return shares_text(*r.figures); });
   table.note(
       "Medians of repetitions by turns, of the newest commit. Samples: of the camera, in the time of the whole render but for "
       "reading the scene; rays: of all kinds, likewise; photons: emitted, in the time of emission; records: of caches, in that "
@@ -121,22 +121,23 @@ Table newest_table(const RunLog& log) {
   return table.take(failed_cells<ThroughputRecord>(log));
 }
 
-std::vector<std::string> names_of(const std::vector<Row>& rows, const std::string& scene, std::string (*name)(const Row&)) {
+std::vector<std::string> names_of(const std::vector<ThroughputRow>& rows, const std::string& scene,
+                                  std::string (*name)(const ThroughputRow&)) {
   std::vector<std::string> names;
-  for (const Row& row : rows)
+  for (const ThroughputRow& row : rows)
     if (row.record->cell.scene == scene) index_in(names, name(row));
   return names;
 }
 
 // A series for each instruction set; `place(row)` is where its point lies, if it has one. All charts tell the sets alike.
 template <class Place>
-std::vector<ChartSeries> series_by_isa(const std::vector<Row>& rows, const std::string& scene, const Place& place) {
+std::vector<ChartSeries> series_by_isa(const std::vector<ThroughputRow>& rows, const std::string& scene, const Place& place) {
   std::vector<ChartSeries> all;
-  for (const std::string& isa : names_of(rows, scene, [](const Row& r) { return r.isa(); })) {
+  for (const std::string& isa : names_of(rows, scene, [](const ThroughputRow& r) { return r.isa(); })) {
     ChartSeries series;
     series.key = series.label = isa;
     series.style(all.size());
-    for (const Row& row : rows)
+    for (const ThroughputRow& row : rows)
       if (row.record->cell.scene == scene && row.isa() == isa)
         if (const std::optional<ChartPoint> point = place(row)) series.points.push_back(*point);
     all.push_back(std::move(series));
@@ -145,12 +146,12 @@ std::vector<ChartSeries> series_by_isa(const std::vector<Row>& rows, const std::
 }
 
 // Camera samples a second of each method with the newest commit that ran it.
-Figure methods_figure(const std::vector<Row>& rows, const std::string& scene) {
+Figure methods_figure(const std::vector<ThroughputRow>& rows, const std::string& scene) {
   Chart chart;
   chart.x = {"camera samples a second", Scale::log, std::nullopt};
-  chart.rows = names_of(rows, scene, [](const Row& r) { return r.record->cell.integrator; });
-  chart.series = series_by_isa(rows, scene, [&](const Row& row) -> std::optional<ChartPoint> {
-    for (const Row& later : rows)
+  chart.rows = names_of(rows, scene, [](const ThroughputRow& r) { return r.record->cell.integrator; });
+  chart.series = series_by_isa(rows, scene, [&](const ThroughputRow& row) -> std::optional<ChartPoint> {
+    for (const ThroughputRow& later : rows)
       if (&later > &row && later.record->cell.scene == scene && later.series() == row.series()) return std::nullopt;
     const auto at = std::find(chart.rows.begin(), chart.rows.end(), row.record->cell.integrator) - chart.rows.begin();
     return ChartPoint(row.figures->samples_per_s.median, static_cast<double>(at));
@@ -160,13 +161,14 @@ Figure methods_figure(const std::vector<Row>& rows, const std::string& scene) {
 }
 
 // Shows the same over commits, with a panel for each method.
-Figure history_figure(const std::vector<Row>& rows, const std::string& scene, const std::vector<std::string>& commits) {
+Figure history_figure(const std::vector<ThroughputRow>& rows, const std::string& scene,
+                      const std::vector<std::string>& commits) {
   Figure figure{"throughput-by-commit-" + slug(scene), scene, "camera samples a second, by commit", {}, {}};
-  for (const std::string& method : names_of(rows, scene, [](const Row& r) { return r.record->cell.integrator; })) {
+  for (const std::string& method : names_of(rows, scene, [](const ThroughputRow& r) { return r.record->cell.integrator; })) {
     Chart chart{.title = method};
     chart.x = {"commit", Scale::linear, Interval{0.5, static_cast<double>(commits.size()) + 0.5}};
     chart.y = {"samples/s", Scale::log, std::nullopt};
-    chart.series = series_by_isa(rows, scene, [&](const Row& row) -> std::optional<ChartPoint> {
+    chart.series = series_by_isa(rows, scene, [&](const ThroughputRow& row) -> std::optional<ChartPoint> {
       if (row.record->cell.integrator != method) return std::nullopt;
       const auto at = std::find(commits.begin(), commits.end(), row.record->commit()) - commits.begin();
       const Measured& m = row.figures->samples_per_s;
@@ -192,7 +194,7 @@ KindReport throughput_report(const RunLog& log) {
                     .heading = "Throughput"};
   std::vector<std::string> scenes;
   for (const ThroughputRecord* record : records_of<ThroughputRecord>(log)) index_in(scenes, record->cell.scene);
-  const std::vector<Row> rows = rows_of(log);
+  const std::vector<ThroughputRow> rows = rows_of(log);
   for (const std::string& scene : scenes) {
     report.figures.push_back({scene, {methods_figure(rows, scene)}});
     if (commits.size() > 1) report.figures.back().figures.push_back(history_figure(rows, scene, commits));

@@ -52,9 +52,9 @@ std::string row_name(const Table& table, const std::vector<TableCell>& row) {
   return name;
 }
 
-using Rows = std::map<std::string, std::vector<const std::vector<TableCell>*>>;
-Rows rows_by_name(const Table& table) {
-  Rows rows;
+using NamedRows = std::map<std::string, std::vector<const std::vector<TableCell>*>>;
+NamedRows rows_by_name(const Table& table) {
+  NamedRows rows;
   for (const auto& row : table.rows) rows[row_name(table, row)].push_back(&row);
   return rows;
 }
@@ -135,7 +135,7 @@ std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<
   for (const Table& table : now) {
     const auto before = std::ranges::find_if(then, [&](const Table& t) { return t.name == table.name; });
     if (before == then.end()) continue;
-    const Rows rows = rows_by_name(*before);
+    const NamedRows rows = rows_by_name(*before);
     std::map<std::string, std::size_t> seen;
     for (const auto& row : table.rows) {
       const std::string name = row_name(table, row);
