@@ -49,11 +49,19 @@ float DiscCoverage::covered(const RenderContext& context, const GatherPoint& at,
                             SurfacePoint point, const NearWalls& walls) const {
   Ray ray = aim.ray;
   float free_from = 0;  // along the ray: beneath what it passed
-  // Photons that flew from there are looked for half of the way up, as before_landing has it.
-  const auto end = [&] { return free_from > 0 ? ray.at(0.5f * (free_from + hit.t)) : ray.origin; };
+  const auto sees = [&](const vec3& end) {
+    return !walls.may_hide(point.position, [&end] { return end; }) ||
+           sees_landed(context, segment(at.origin(), end), point.position);
+  };
+  // Photons are looked for where they came from, as before_landing has it: half of the way up to what the probe passed, else as
+  // far above the surface as they lie apart, which is over what is lower.
   const auto is_hidden = [&] {
-    return !walls.none() && walls.may_hide(point.position, end) &&
-           !sees_landed(context, segment(at.origin(), end()), point.position);
+    if (walls.none()) return false;
+    if (free_from > 0) return !sees(ray.at(0.5f * (free_from + hit.t)));
+    if (sees(ray.origin)) return false;
+    const vec3 end = point.position + glm::length(point.position - at.position()) * at.normal();
+    const bool higher = glm::dot(end - ray.origin, at.normal()) > 0;
+    return !(higher && unoccluded(context, segment(ray.origin, end)) && sees(end));
   };
   for (int passed = 0;; ++passed) {
     const bool counts = rough_materials_.stores(point.material) && share_light(point.layer, at.layer());

@@ -17,8 +17,8 @@
 // Only photons within 0.2 r of the tangent plane count, and likewise only surfaces that probes meet within it, weighted by the
 // kernel at their distance over the cosine; of stacked surfaces a probe meets the upper one, but for smooth glass and sheets of
 // other layers (framework/scene/layer.h), which it passes: photons lie beneath. So they do beneath what a wall hides from the
-// point, as the upper side of a shelf whose lower one is near. Surfaces that hold no photons or that the side test rejects do
-// not count.
+// point, as the upper side of a shelf whose lower one is near. Like a photon, what lies as far behind a kerb as that is high is
+// seen over it. Surfaces that hold no photons or that the side test rejects do not count.
 //
 // Where surfaces are wide, nearly all discs are whole. So a pixel's disc is tried by one probe when it is first gathered, then
 // in every 16th pass, by turns within blocks of 4 x 4 pixels; until one misses, discs count as whole. From then on the discs of

@@ -228,6 +228,22 @@ TEST(PhotonEdges, ProbesFindTheFloorUnderALowShelf) {
     }
 }
 
+// Photons beyond a kerb that is lower than they are far count, and so does the floor there.
+TEST(PhotonEdges, ProbesFindTheFloorBeyondAKerb) {
+  for (const float height : {0.11f, 0.6f}) {
+    SceneBuilder b("kerb");
+    const auto white = b.material(Diffuse{Rgb(1)});
+    b.mesh(quad({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}), white);
+    b.mesh(box({0.2f, -2, 0}, {0.201f, 2, height}), white);
+    const SceneContext stage(b.finish());
+    SurfacePoint before = origin;
+    before.clearance = 1e-5f;
+    const WallGrid grid(stage.scene, radius);
+    const double share = probed_share(stage, before, {0, 0, 1}, Kernel::box, radius, grid.near(vec3(0), {0, 0, 1}, radius));
+    EXPECT_NEAR(share, height < 0.2f ? 1 : kept_share(0.2 / radius), 0.01) << height;
+  }
+}
+
 TEST(PhotonEdges, ProbesDoNotCountWhatStoresNoPhotons) {
   // Half of the floor is a mirror.
   SceneBuilder b("half a mirror");
