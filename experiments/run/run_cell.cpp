@@ -142,6 +142,7 @@ class CellRunner {
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && told.empty())
       told = fmt::format("{}: {}", method, left_out);
     if (told.empty()) told = surfaces_mixed(context, method);
+    if (told.empty()) told = surfaces_coincide(context);
   }
 
   Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }

@@ -244,4 +244,33 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
       percent(share), method);
 }
 
+// Straight on through glass, to what lies beneath.
+std::string surfaces_coincide(const RenderContext& context) {
+  constexpr int lines = 32, most = 8;
+  constexpr double fewest = 0.01;
+  std::vector<int> coincide(lines * lines);
+  parallel_for(coincide.size(), 16, [&](std::size_t i) {
+    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
+    Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f));
+    std::optional<SurfacePoint> last;
+    for (int met = 0; met < most; ++met) {
+      const Hit hit = trace(context, ray);
+      if (!hit) return;
+      const SurfacePoint point = context.scene.surface_at(ray, hit);
+      const auto height = [&] { return std::abs(glm::dot(point.position - last->position, point.normal)); };
+      if (last && last->material != point.material && height() < point.clearance) coincide[i] = 1;
+      if (last && !std::holds_alternative<Dielectric>(context.scene.materials[last->material])) return;
+      last = point;
+      ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
+    }
+  });
+  const double share = std::accumulate(coincide.begin(), coincide.end(), 0.0) / static_cast<double>(coincide.size());
+  if (share < fewest) return "";
+  return fmt::format(
+      "{} of what is seen are surfaces of different materials in one place, as far as rounding tells: which of them a ray "
+      "meets "
+      "is chance, and light is lost there; move one off the other",
+      percent(share));
+}
+
 }  // namespace etendue

@@ -27,6 +27,10 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
 // light between near points, may take that on one for that on the other; "" where it does not, or none is seen.
 std::string surfaces_mixed(const RenderContext& context, const std::string& method);
 
+// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, whatever the method;
+// "" where none is seen.
+std::string surfaces_coincide(const RenderContext& context);
+
 MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);
 
 }  // namespace etendue

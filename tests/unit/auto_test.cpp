@@ -420,6 +420,23 @@ TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
   EXPECT_EQ(told(0.5f, 1, true, "sppm"), "");
 }
 
+TEST(SurfacesCoincide, AreToldWhereAPaneLiesInTheFloorItself) {
+  const auto told = [](float height, const Material& pane) {
+    SceneBuilder b("pane");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    b.mesh(box({-0.9f, height, -0.8f}, {1, height + 0.1f, 0.7f}), b.material(pane));
+    b.light(PointLight{{0, 2, 0}, Rgb(1)});
+    b.camera({0.3f, 2, 3.5f}, {0, 0, 0}, 50, {16, 16});
+    SceneContext stage(b.finish(), {16, 16}, 1);
+    std::string text;
+    with_threads(2, [&] { text = surfaces_coincide(stage.context); });
+    return text;
+  };
+  EXPECT_NE(told(0, Dielectric{.eta = 1.5f}).find("of different materials in one place"), std::string::npos);
+  EXPECT_EQ(told(1e-4f, Dielectric{.eta = 1.5f}), "");
+  EXPECT_EQ(told(0, Diffuse{Rgb(0.2f)}), "") << "hidden by the box";
+}
+
 TEST(AutoStructure, WeighsBuildingAgainstTracing) {
   const Scene mesh = load_scene("builtin:mesh"), box = load_scene("builtin:cornell-box");
   EXPECT_EQ(choose_structure(mesh, 1e5).name, "lbvh");
