@@ -58,6 +58,12 @@ TEST(Statistics, StudentQuantilesMatchTheTables) {
   EXPECT_EQ(student_t_quantile(0.5, 3), 0);
 }
 
+// What the report says of four standard errors (declared.cpp).
+TEST(Statistics, FourStandardErrorsOfFewSeedsAreExceededByChance) {
+  EXPECT_NEAR(student_t_quantile(1 - 0.5 / 17.5, 2), 4, 0.02);
+  EXPECT_NEAR(student_t_quantile(1 - 0.5 / 320, 9), 4, 0.02);
+}
+
 TEST(Statistics, SidakLevelKeepsTheLevelOfAllTestsTogether) {
   const double each = sidak_level(0.05, 10);
   EXPECT_NEAR(1 - std::pow(1 - each, 10), 0.05, 1e-12);
