@@ -29,15 +29,15 @@ struct RayEntry {
   // Likewise the builder alone, over any boxes, for trees that change over time. These lie in the binary layout: another one in
   // the map is an error.
   std::function<TreeBuilder(const ParamMap&)> builder = {};
-  // Builds over a whole scene, whatever its parameter `memory`: one level where it has no instances, two where it has; planes
-  // outside the tree. The structure reports its growth to the watch, if there is one.
+  // Builds over all of a scene but its planes and masks, whatever its parameter `memory`: one level where it has no instances,
+  // two where it has. The structure reports its growth to the watch, if there is one.
   std::function<std::unique_ptr<RayQuery>(const Scene&, const ParamMap&, MemoryWatch*)> build = {};
   // An upper estimate of the memory it takes (memory_need.h).
   std::function<MemoryNeed(const Scene&, const ParamMap&)> need = {};
 
-  // Builds within the parameter `memory`, or a replacement that says so: first the structure itself in the leanest layout, then
-  // trees in that layout by builders that take less memory, and at last brute force that reads the primitives in place and
-  // keeps next to nothing (memory_budget.h).
+  // Builds over a scene within the parameter `memory`, or a replacement that says so: first the structure itself in the leanest
+  // layout, then trees in that layout by builders that take less memory, and at last brute force that reads the primitives in
+  // place and keeps next to nothing (memory_budget.h).
   std::unique_ptr<RayQuery> make(const Scene& scene, const ParamMap& map) const;
 };
 

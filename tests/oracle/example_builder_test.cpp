@@ -27,7 +27,7 @@ TEST(ExampleBuilder, FindsWhatBruteForceFindsInEveryLayout) {
     const Scene& scene = ray_case.scene;
     const auto brute = find_ray_structure("brute", {}).make(scene, {});
     for (const char* layout : {"binary", "bvh4"}) {
-      const auto structure = entry.build(scene, {{"layout", {std::string(layout), {}}}}, nullptr);
+      const auto structure = entry.make(scene, {{"layout", {std::string(layout), {}}}});
       for (const Ray& ray : general_rays(scene, 100, 1)) {
         ASSERT_EQ(brute->closest(ray).t, structure->closest(ray).t) << ray_case.name << ", " << layout;
         ASSERT_EQ(brute->occluded(ray), structure->occluded(ray)) << ray_case.name << ", " << layout;
