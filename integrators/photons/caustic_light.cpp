@@ -29,7 +29,7 @@ PhotonMapsParams maps_of(int caustic_photons, ivec2 resolution) {
 
 CausticLight::CausticLight(const RenderContext& context, int caustic_photons, int max_depth, SamplerKind sampler, float narrow)
     : maps_(maps_of(caustic_photons, context.resolution), ""), max_depth_(max_depth) {
-  maps_.prepare(context, {0, max_depth, sampler});
+  maps_.prepare(context, {0, max_depth, sampler, false, true});
   narrow = std::min(PhotonMapsParams().carry_below, narrow);
   if (std::ranges::none_of(context.scene.lights, is_delta)) lobes_.emplace(context.scene, narrow, LobeTails::gathered);
 }

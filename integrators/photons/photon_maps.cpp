@@ -108,9 +108,9 @@ Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) 
   return trace_photons(context, *rough_materials_, pass);
 }
 
-void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share) {
+void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share, bool widen) {
   map.build(std::move(photons), context.make_points(params_.structure),
-            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges, share});
+            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges, share, widen});
   if (!params_.side_test) return;
   walls_ = wall_grid(context.scene, map.radius(), walls_);
   map.set_walls(walls_);
@@ -164,7 +164,8 @@ void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, floa
   Photons photons =
       trace(context, pass_of(caustics_traced_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
-  build(context, caustic_, std::move(photons), params_.edges == Edges::hull ? Edges::disc : params_.edges, share);
+  const Edges edges = params_.edges == Edges::hull ? Edges::disc : params_.edges;
+  build(context, caustic_, std::move(photons), edges, share, use_.new_caustics);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

@@ -12,7 +12,8 @@
 // The pilot's photons are the first map of methods whose map grows. A cache's caustic map that is new in every iteration grows,
 // too, lest small images and short runs wait for it. Of fewer photons an inner part of the disc over k of them counts, so that
 // kernels are no wider (but in small images, for the first iterations), and iterations average the noise. Kernels over fewer
-// than k would take less time, and make too little of light of low discrepancy.
+// than k would take less time, and make too little of light of low discrepancy. Where photons of such a map lie evenly, kernels
+// are wider (photon_gather.h).
 //
 // With an emission other than by power, camera paths (and gather rays) mark where each map will be looked up: within twice the
 // radius that k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
@@ -127,7 +128,7 @@ class PhotonMaps {
   void mark_seen(const RenderContext& context);
   PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
   Photons trace(const RenderContext& context, const PhotonPass& pass) const;
-  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share = 1);
+  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share = 1, bool widen = false);
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;
