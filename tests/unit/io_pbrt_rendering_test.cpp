@@ -67,6 +67,16 @@ TEST(PbrtRendering, WhatWouldChangeTheImageIsTold) {
   EXPECT_TRUE(warns(with("Integrator \"ao\""), "s.pbrt:2:12: Integrator \"ao\" shows a part of the light in pbrt"));
 }
 
+TEST(PbrtRendering, OfSeveralIntegratorsAndFilmsTheLastCounts) {
+  const Scene scene = parse_pbrt(
+      "Integrator \"path\" \"integer maxdepth\" 3 Film \"rgb\" \"float cropwindow\" [0 .5 0 .5]\n"
+      "Integrator \"bdpt\" Film \"rgb\" \"integer xresolution\" 8 WorldBegin",
+      "s.pbrt");
+  EXPECT_FALSE(scene.max_depth.has_value());
+  EXPECT_FALSE(scene.crop.has_value());
+  EXPECT_EQ(scene.resolution, ivec2(8, 720));
+}
+
 TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
   const auto filter = [](const std::string& text) { return with(text).filter->shape(); };
   EXPECT_EQ(with("PixelFilter \"box\"").filter, nullptr);

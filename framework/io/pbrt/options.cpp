@@ -141,6 +141,7 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
   scene_.resolution = {params.integer("xresolution", default_resolution.x, 1, 65536),
                        params.integer("yresolution", default_resolution.y, 1, 65536)};
   read_exposure(params);
+  scene_.crop.reset();  // of an earlier film
   read_crop(params);
   for (const std::string_view clamp : {"maxcomponentvalue", "maxsampleluminance"})
     if (params.has(clamp)) warn(params.where(clamp), fmt::format("'{}' is not applied: clamping would bias the image", clamp));

@@ -103,6 +103,7 @@ void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
   const std::string type = expect_string(lexer, "Integrator");
   const Known& known = find_known(integrators, "integrator", type, where);
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  scene_.max_depth.reset();  // of an earlier integrator
   for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool changes_image) {
     params.accept(name, kind);
     const bool given = params.has(name) && (kind != "bool" || params.boolean(name, false));
