@@ -181,6 +181,23 @@ TEST(PbrtTextures, ConstantsFoldAndCombine) {
       0.5f);
 }
 
+TEST(PbrtTextures, ValuesOfVersion3AreOfTheTexturesKind) {
+  const auto reflectance = [](const std::string& film, const std::string& value) {
+    const Scene scene = parse_pbrt(film + " WorldBegin Texture \"t\" \"color\" \"constant\" " + value +
+                                       " Material \"matte\" \"texture Kd\" \"t\" " + triangle,
+                                   "s.pbrt");
+    return std::get<Diffuse>(scene.materials.at(0)).reflectance.constant;
+  };
+  EXPECT_EQ(reflectance("", "\"float value\" 0.25"), Rgb(0.25f));
+  EXPECT_EQ(reflectance("Film \"image\"", "\"float value\" 0.25"), Rgb(1)) << "which is none of its colours";
+  EXPECT_EQ(reflectance("Film \"image\"", "\"rgb value\" [.25 .25 .25]"), Rgb(0.25f));
+  const Scene scene = parse_pbrt("Film \"image\" WorldBegin Texture \"f\" \"float\" \"constant\" \"rgb value\" [0 0 0] " +
+                                     triangle.substr(0, triangle.size() - 1) + " \"texture alpha\" \"f\"",
+                                 "s.pbrt");
+  EXPECT_EQ(scene.objects[0].shapes.size(), 1u) << "alpha is 1";
+  EXPECT_TRUE(warns(scene, "'value' has no effect, as in pbrt-v3, which expects a float"));
+}
+
 TEST(PbrtTextures, CheckerboardKeepsItsMapping) {
   const Scene scene = world(
       "Texture \"t\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.1 .2 .3] \"float uscale\" 4 \"float vscale\" 2 \"float "

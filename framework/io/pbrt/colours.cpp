@@ -117,7 +117,7 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use, bool
   const PbrtParam* param =
       find_typed(name, {"rgb", "xyz", "float", "integer", "blackbody", "spectrum"}, "rgb, float, blackbody or spectrum");
   if (!param) return std::nullopt;
-  if (version3 && use != ColourUse::factor && (param->type == "float" || param->type == "integer")) {
+  if (version3 && use != ColourUse::factor && is_number(name)) {
     files_->warn(where(name), fmt::format("{}: '{}' has no effect, as in pbrt-v3, which expects a colour", owner_, name));
     return std::nullopt;
   }

@@ -150,6 +150,11 @@ bool PbrtParams::has(std::string_view name) const {
   return std::any_of(params_.begin(), params_.end(), [&](const PbrtParam& p) { return p.name == name; });
 }
 
+bool PbrtParams::is_number(std::string_view name) const {
+  return std::any_of(params_.begin(), params_.end(),
+                     [&](const PbrtParam& p) { return p.name == name && (p.type == "float" || p.type == "integer"); });
+}
+
 float PbrtParams::number(std::string_view name, float otherwise, float low, float high) const {
   const PbrtParam* param = find_typed(name, {"float", "integer"}, "float");
   if (!param) return otherwise;

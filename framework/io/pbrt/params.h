@@ -40,6 +40,7 @@ class PbrtParams {
   Location where(std::string_view name) const;  // of the parameter, else of the directive
 
   bool has(std::string_view name) const;
+  bool is_number(std::string_view name) const;  // is it there, of type float or integer?
   // Each throws Error on a value of another type, a wrong number of values, or one that is out of range.
   float number(std::string_view name, float otherwise, float low = -1e30f, float high = 1e30f) const;
   int integer(std::string_view name, int otherwise, int low, int high) const;

@@ -204,6 +204,13 @@ PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std
 std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const PbrtParams& params, std::string_view name,
                                                                        const Rgb& otherwise, TextureMap& textures) {
   const auto texture = params.texture(name);
+  const bool of_numbers = &textures == &float_textures_;
+  if (version3_ && !texture && params.has(name) && params.is_number(name) != of_numbers) {
+    warn(params.where(name), fmt::format("{}: '{}' has no effect, as in pbrt-v3, which expects a {}", params.owner(), name,
+                                         of_numbers ? "float" : "colour"));
+    params.ignore({name});
+    return otherwise;
+  }
   if (!texture) return params.colour(name, ColourUse::factor, version3_).value_or(otherwise);
   const TextureEntry& entry = find_texture(params, name, *texture, textures);
   if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
