@@ -75,6 +75,12 @@ TEST_F(Looks, PbrtLightsShowTheirImage) {
   expect_near(evaluate(scene.textures[light.texture], {2, 0.5f}), Rgb(1), 1e-6f);
   EXPECT_TRUE(scene.objects[0].geometry.quadrics.empty()) << "the sphere has become a mesh";
   EXPECT_TRUE(scene.objects[0].shapes.at(0).uses_uvs);
+  const Scene both = pbrt(
+      "Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 Material \"diffuse\" \"texture reflectance\" \"t\" "
+      "AreaLightSource \"diffuse\" \"string filename\" \"ramp.png\" " +
+          triangle,
+      true);
+  EXPECT_TRUE(both.objects[0].shapes.at(0).uses_uvs) << "whatever its material is";
 }
 
 TEST_F(Looks, PbrtImagesEndAsTheFileSays) {

@@ -230,6 +230,7 @@ std::uint32_t PbrtReader::material_on(TriangleMesh& mesh, const PbrtParams& para
   if (by_place(entry.field) || by_place(entry.relief.field)) {
     if (!glows_by_image()) return material_in_atlas(entry, mesh, params);
     approximate(params.where(), "a texture by its place on a light that shows an image", "its mean, without relief");
+    give_default_uvs(mesh);  // which the light's image has
     Material plain = entry.material;
     if (entry.field) *reflectance_of(plain) = within_unit(mean_of(entry.field));
     return add_material(plain, {});
