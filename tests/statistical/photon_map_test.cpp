@@ -135,6 +135,16 @@ TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
 
 // --- Photon tracing.
 
+// Photons would be gathered in a lobe that hardly one of them hits: by 1.002, what is seen through a ball was 0.42 of it.
+TEST(RoughMaterials, GlassThatHardlyRefractsIsFollowed) {
+  Scene scene;
+  for (const float eta : {1.5f, 1 / 1.5f, 1.1f, 1.002f, 0.999f})
+    scene.materials.emplace_back(Dielectric{.eta = eta, .alpha = 0.3f});
+  const RoughMaterials rough(scene, 0.25f);
+  for (const std::uint32_t strong : {0u, 1u}) EXPECT_TRUE(rough(strong)) << strong;
+  for (const std::uint32_t weak : {2u, 3u, 4u}) EXPECT_FALSE(rough(weak)) << weak;
+}
+
 Photons photons_of(const Scene& scene, const PhotonPass& pass, int threads = 2) {
   const SceneContext traced(scene);
   Photons photons;
