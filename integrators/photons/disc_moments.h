@@ -27,13 +27,14 @@ class DiscMoments {
  public:
   // Of a disc with that normal and squared radius, above 0.
   DiscMoments(const vec3& normal, float radius_squared)
-      : frame_(Frame::from_normal(normal)), per_radius_squared_(1 / radius_squared) {}
+      : frame_(Frame::from_normal(normal)), per_radius_(1 / std::sqrt(radius_squared)) {}
 
   // `power` in any unit; `offset` from the disc's middle, of the given squared length.
   void add(const Rgb& power, const vec3& offset, float distance_squared) {
-    const float x = glm::dot(offset, frame_.tangent), y = glm::dot(offset, frame_.bitangent);
-    const float power_squared = glm::dot(power, power), flat_squared = (x * x + y * y) * per_radius_squared_;
-    radial_ += power * (distance_squared * per_radius_squared_ - 0.5f);
+    // In radii, lest squares of lengths in small scenes be rounded to zero.
+    const float x = glm::dot(offset, frame_.tangent) * per_radius_, y = glm::dot(offset, frame_.bitangent) * per_radius_;
+    const float power_squared = glm::dot(power, power), flat_squared = x * x + y * y;
+    radial_ += power * (distance_squared * per_radius_ * per_radius_ - 0.5f);
     first_x_ += power * x;
     first_y_ += power * y;
     second_x_ += power * (x * x - y * y);
@@ -45,14 +46,14 @@ class DiscMoments {
 
   // Q; not a number where photons have no power.
   float unevenness() const {
-    const float first = (length_squared(first_x_) + length_squared(first_y_)) * per_radius_squared_;
-    const float second = (length_squared(second_x_) + length_squared(second_y_)) * square(per_radius_squared_);
+    const float first = length_squared(first_x_) + length_squared(first_y_);
+    const float second = length_squared(second_x_) + length_squared(second_y_);
     return 2 * first / first_squares_ + 2 * second / second_squares_ + 12 * length_squared(radial_) / squares_;
   }
 
  private:
   Frame frame_;
-  float per_radius_squared_;
+  float per_radius_;
   Rgb radial_{0}, first_x_{0}, first_y_{0}, second_x_{0}, second_y_{0};
   float squares_ = 0, first_squares_ = 0, second_squares_ = 0;
 };
