@@ -36,17 +36,17 @@ double held_until(const Replicate& replicate, const std::string& metric) {
 // are taken as equally long, and the metric as linear over them on log-log axes.
 std::optional<double> value_then(const Replicate& replicate, const std::string& metric, double time_s) {
   constexpr double slack = 1e-9;  // an average of equal times may differ from them in its last bits
-  const auto& checkpoints = replicate.checkpoints;
+  std::vector<const CheckpointRecord*> checkpoints = replicate.checkpoints;
+  std::erase_if(checkpoints, [&](const CheckpointRecord* c) { return !c->metrics.contains(metric); });
   const auto next = std::ranges::upper_bound(checkpoints, time_s * (1 + slack), {}, &CheckpointRecord::time_s);
   if (next == checkpoints.begin()) return std::nullopt;
   const CheckpointRecord &a = **std::prev(next), &b = next == checkpoints.end() ? a : **next;
-  if (&a == &b && time_s > std::max(a.time_s, replicate.held_s) * (1 + slack)) return std::nullopt;
+  if (&a == &b && time_s > std::max(a.time_s, held_until(replicate, metric)) * (1 + slack)) return std::nullopt;
   const auto first = static_cast<double>(a.iterations), last = static_cast<double>(b.iterations);
   const double share = &a == &b ? 0 : std::clamp((time_s - a.time_s) / (b.time_s - a.time_s), 0.0, 1.0);
   const double iterations = std::floor(first + share * (last - first) + slack);
-  const auto before = find_value(a.metrics, metric), after = find_value(b.metrics, metric);
-  if (!before || iterations <= first) return before;
-  return after ? value_at({{first, last}, {*before, *after}}, iterations) : std::nullopt;
+  const double before = a.metrics.at(metric);
+  return iterations <= first ? before : value_at({{first, last}, {before, b.metrics.at(metric)}}, iterations);
 }
 
 // When a run has the image of so many whole iterations.

@@ -153,6 +153,17 @@ TEST(ReportData, LeadPassesWhereTheCurvesCross) {
   EXPECT_LT(rulers[1].begin_s, 3.3);
 }
 
+TEST(ReportData, CheckpointsWithoutTheMetricArePassedOver) {
+  RunLog log;
+  add_cells(log, "room", {"path", "sah", 0.1, 1, -1}, 1);
+  for (CheckpointRecord& checkpoint : log.checkpoints)
+    if (checkpoint.iterations == 4) checkpoint.metrics.erase("relmse");
+  const SceneData scene = arrange(log).scenes[0];
+  const std::vector<double> at_once = values_at(scene.configurations[0], "relmse", 0.1);
+  ASSERT_EQ(values_at(scene.configurations[0], "relmse", 0.45).size(), 1u);
+  EXPECT_NEAR(values_at(scene.configurations[0], "relmse", 0.45)[0] / at_once[0], 0.25, 1e-9);
+}
+
 // Nobody has seen an image of one and a half iterations.
 TEST(ReportData, ATimeHasTheImageOfItsLastWholeIteration) {
   RunLog log;
