@@ -88,7 +88,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
            "rough lobes narrower than this are followed, not gathered; but for coats on which caustics of points, spots or "
            "directions fall");
   v.choice("lobe_tails", p.lobe_tails,
-           "those lobes whole, or their core alone: from the lobe_tails photons are gathered, with less noise, but leaks under "
+           "those lobes whole, or their core alone: in their tails photons are gathered, with less noise, but leaks under "
            "doors");
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges,
