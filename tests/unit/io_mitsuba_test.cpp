@@ -64,8 +64,9 @@ TEST(MitsubaCamera, OrthographicViewsAreParallel) {
 
 // A wall of 2 m x 2 m across the view, 1 m before the camera or beside it.
 TEST(MitsubaCamera, WhatMitsubaCutsAwayIsTold) {
-  const auto clips = [](const std::string& clip, const std::string& place, const std::string& wall = "rectangle") {
-    const Scene scene = read("<sensor type=\"perspective\">" + clip + "</sensor><shape type=\"" + wall +
+  const auto clips = [](const std::string& clip, const std::string& place, const std::string& wall = "rectangle",
+                        const std::string& sensor = "perspective") {
+    const Scene scene = read("<sensor type=\"" + sensor + "\">" + clip + "</sensor><shape type=\"" + wall +
                              "\"><transform name=\"to_world\"><translate " + place + "/></transform></shape>");
     return std::pair(warns(scene, "less than 'near_clip'"), warns(scene, "more than 'far_clip'"));
   };
@@ -79,6 +80,8 @@ TEST(MitsubaCamera, WhatMitsubaCutsAwayIsTold) {
   EXPECT_EQ(clips(far, "z=\"1.8\""), std::pair(false, false));
   EXPECT_EQ(clips(far, "z=\"1.001\"", "sphere"), std::pair(true, true)) << "its box, to either side";
   EXPECT_EQ(clips("", "z=\"20000\""), std::pair(false, true)) << "without 'far_clip' it is 10,000 m";
+  EXPECT_EQ(clips(far, "z=\"2\"", "rectangle", "orthographic"), std::pair(false, true));
+  EXPECT_EQ(clips(far, "z=\"200\" x=\"2.5\"", "rectangle", "orthographic"), std::pair(false, false)) << "beside parallel rays";
 }
 
 TEST(MitsubaCamera, OthersAreRefusedOrApproximated) {

@@ -1,4 +1,4 @@
-// Mitsuba's perspective cameras see nothing nearer than near_clip and nothing beyond far_clip, which are depths along the view.
+// Mitsuba's cameras see nothing nearer than near_clip and nothing beyond far_clip, which are depths along the view.
 // Cameras here see all of it, and a warning says where that makes a difference, unless something hides it.
 
 #include "framework/io/mitsuba/reader.h"
@@ -12,14 +12,16 @@ namespace etendue {
 
 namespace {
 
-// Between two depths of a pinhole's view, in camera space: `planes` are those around it, each with its inner side where
-// dot(vec3(plane), p) + plane.w is positive.
+// Between two depths of a view, in camera space (of a lens, a little more of it): `planes` are those around it, each with its
+// inner side where dot(vec3(plane), p) + plane.w is positive.
 class ViewSlab {
  public:
   ViewSlab(const Camera& camera, ivec2 resolution, float from, float to) : from_(from), to_(to) {
     const vec2 extent = camera.half_extent(resolution);
-    planes_ = {vec4(0, 0, 1, -from),     vec4(0, 0, -1, to),      vec4(1, 0, extent.x, 0),
-               vec4(-1, 0, extent.x, 0), vec4(0, 1, extent.y, 0), vec4(0, -1, extent.y, 0)};
+    const vec2 slope = camera.is_parallel() ? vec2(0) : extent,
+               width = camera.is_parallel() ? extent : vec2(camera.lens_radius);
+    planes_ = {vec4(0, 0, 1, -from),          vec4(0, 0, -1, to),           vec4(1, 0, slope.x, width.x),
+               vec4(-1, 0, slope.x, width.x), vec4(0, 1, slope.y, width.y), vec4(0, -1, slope.y, width.y)};
   }
 
   // Does any of a convex polygon of at most four corners lie in it?
@@ -27,7 +29,8 @@ class ViewSlab {
     const auto beyond = [&](const vec3& p) { return p.z < from_ ? -1 : p.z > to_ ? 1 : 0; };
     const int side = beyond(corners[0]);
     if (side != 0 && std::ranges::all_of(corners, [&](const vec3& p) { return beyond(p) == side; })) return false;
-    std::array<vec3, 10> polygon, kept;  // each plane adds a corner at most
+    // A plane adds a corner, or, where rounding makes signs alternate, one for each two: of 4 there are 42 at most after six.
+    std::array<vec3, 42> polygon, kept;
     std::size_t count = corners.size();
     std::ranges::copy(corners, polygon.begin());
     for (const vec4& plane : planes_) {
@@ -82,7 +85,7 @@ bool holds_surfaces(const ViewSlab& slab, const Scene& scene, const Transform& t
 
 void MitsubaReader::keep_clipping(const Properties& of) {
   const float near = of.number("near_clip", 1e-2f, 0), far = of.number("far_clip", 1e4f, near);
-  clippings_.push_back({of.where("near_clip"), of.where("far_clip"), scene_.camera, scene_.resolution, near, far});
+  clippings_.push_back({of.title(), of.where("near_clip"), of.where("far_clip"), scene_.camera, scene_.resolution, near, far});
 }
 
 void MitsubaReader::warn_of_clipping() {
@@ -93,10 +96,12 @@ void MitsubaReader::warn_of_clipping() {
     };
     if (holds(0, c.near))
       warn(c.where_near,
-           fmt::format("Mitsuba cuts away what is less than 'near_clip', {:g} m, deep in the view; here it is seen", c.near));
+           fmt::format("{}: Mitsuba cuts away what is less than 'near_clip', {:g} m, deep in the view; here it is seen",
+                       c.sensor, c.near));
     if (holds(c.far, infinity))
       warn(c.where_far,
-           fmt::format("Mitsuba cuts away what is more than 'far_clip', {:g} m, deep in the view; here it is seen", c.far));
+           fmt::format("{}: Mitsuba cuts away what is more than 'far_clip', {:g} m, deep in the view; here it is seen",
+                       c.sensor, c.far));
   }
 }
 

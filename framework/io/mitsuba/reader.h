@@ -113,7 +113,7 @@ class MitsubaReader {
   void integrator(const XmlElement& element);
 
   // clipping.cpp
-  void keep_clipping(const Properties& of);  // of the sensor that is the scene's camera
+  void keep_clipping(const Properties& of);  // of the sensor that was read last
   void warn_of_clipping();
 
   // shapes.cpp
@@ -226,6 +226,7 @@ class MitsubaReader {
   Scene scene_;
   bool has_sensor_ = false;
   struct Clipping {
+    std::string sensor;  // in words
     Location where_near, where_far;
     Camera camera;
     ivec2 resolution;

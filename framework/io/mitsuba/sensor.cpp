@@ -75,6 +75,7 @@ void MitsubaReader::read_sensor(const XmlElement& element) {
   leave_out_media(of);
   of.ignore({"near_clip", "far_clip", "shutter_open", "shutter_close", "srf"});
   (this->*type.handler)(of);
+  keep_clipping(of);
   of.finish();
 }
 
@@ -124,7 +125,6 @@ void MitsubaReader::perspective(const Properties& of) {
   scene_.camera.fov = field_of_view(of);
   of.ignore({"focus_distance"});
   place_camera(of);
-  keep_clipping(of);
 }
 
 void MitsubaReader::thin_lens(const Properties& of) {
@@ -137,7 +137,6 @@ void MitsubaReader::thin_lens(const Properties& of) {
   of.ignore({"blade_rotation"});
   scene_.camera.fov = field_of_view(of);
   place_camera(of);
-  keep_clipping(of);
 }
 
 // x from -1 to 1 across the film, scaled by to_world.
