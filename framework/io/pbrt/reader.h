@@ -143,7 +143,8 @@ class PbrtReader {
   // Version 3 forgets at a block's end what the block named: a name then means again what it meant before.
   template <class Names, class Value>
   void define(Names& names, const std::string& name, Value value, const Location& where, const std::string& what) {
-    const bool in_block = version3_ && !stack_.empty();
+    const bool in_block =
+        version3_ && std::ranges::any_of(stack_, [](const auto& outer) { return outer.block != Block::transform; });
     if (names.contains(name))
       warn(where, what + " is defined twice; the last one counts" + (in_block ? ", to the end of its block" : ""));
     if (in_block)
