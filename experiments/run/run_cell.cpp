@@ -136,12 +136,12 @@ class CellRunner {
 
  private:
   void look_for_left_out(const RenderContext& context) {
-    const std::string& method = result_.chosen ? result_.chosen->name : task_.integrator.name;
+    const Method used = result_.chosen.value_or(task_.integrator);
     std::string& told = result_.out_of_reach;
-    if (!result_.chosen) told = light_out_of_reach(context, method, task_.integrator.params);
+    if (!result_.chosen) told = light_out_of_reach(context, used.name, used.params);
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && told.empty())
-      told = fmt::format("{}: {}", method, left_out);
-    if (told.empty()) told = surfaces_mixed(context, method);
+      told = fmt::format("{}: {}", used.name, left_out);
+    if (told.empty()) told = surfaces_mixed(context, used.name, used.params);
     if (told.empty()) told = surfaces_coincide(context);
   }
 

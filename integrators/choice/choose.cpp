@@ -193,34 +193,48 @@ MethodChoice choose_method(const RenderContext& context, const PilotFindings& fi
   return Chooser(context, findings, bias).choose();
 }
 
+namespace {
+
+constexpr std::array by_caustic_map{"irradiance-cache", "radiance-cache", "hash-cache"};
+
+bool is_among(std::span<const char* const> names, const std::string& method) {
+  return std::ranges::find(names, method) != names.end();
+}
+
+bool is_set(const ParamMap& params, const char* name, std::string_view value) {
+  const auto param = params.find(name);
+  return param != params.end() && to_text(param->second) == value;
+}
+
+}  // namespace
+
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
   constexpr std::array by_chance{"path", "guided"};
-  constexpr std::array by_map{"irradiance-cache", "radiance-cache", "hash-cache"};
   constexpr std::array by_light_paths{"light-trace", "vcm"};
   constexpr std::array by_photons{"photon-map", "ppm", "sppm", "ppm-memoryless", "appm", "cppm", "photon-cache"};
-  const auto is_among = [&](const auto& names) { return std::ranges::find(names, method) != names.end(); };
-  const auto is_set = [&](const char* name, const char* value) {
-    const auto param = params.find(name);
-    return param != params.end() && to_text(param->second) == value;
-  };
-  if (is_among(by_light_paths) || (is_among(by_photons) && (!params.contains("emission") || is_set("emission", "power")))) {
+  const bool by_power = !params.contains("emission") || is_set(params, "emission", "power");
+  if (is_among(by_light_paths, method) || (is_among(by_photons, method) && by_power)) {
     const PilotFindings found = run_pilot(context);
     if (context.lights.empty() || found.surface == 0 || found.photons_seen >= few_photons) return "";
     const std::string share = found.photons_seen > 0 ? fmt::format("one photon in {:.0f} lands", 1 / found.photons_seen)
                                                      : "no photon of a pilot lands";
     return fmt::format("{}: {} where the camera sees it, too few for light and shadow of what is small; {}bdpt needs none",
-                       method, share, is_among(by_photons) ? "emission = \"visibility\" may guide them there, and " : "");
+                       method, share,
+                       is_among(by_photons, method) ? "emission = \"visibility\" may guide them there, and " : "");
   }
-  const bool without = is_among(by_map) && is_set("caustic_map", name_of(CausticMap::off));
-  if (!context.needs.caustic_map || !(is_among(by_chance) || without)) return "";
+  const bool without = is_among(by_caustic_map, method) && is_set(params, "caustic_map", name_of(CausticMap::off));
+  if (!context.needs.caustic_map || !(is_among(by_chance, method) || without)) return "";
   return Chooser(context, run_pilot(context), BiasAllowed::any).out_of_reach(method);
 }
 
-std::string surfaces_mixed(const RenderContext& context, const std::string& method) {
-  constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided", "hash-cache", "irradiance-cache", "radiance-cache"};
+std::string surfaces_mixed(const RenderContext& context, const std::string& method, const ParamMap& params) {
+  constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided"};
   constexpr int lines = 32;
   constexpr double fewest = 0.01;
-  if (!context.needs.masks || std::ranges::find(keeps_apart, method) != keeps_apart.end()) return "";
+  const bool gathers_caustics = is_set(params, "caustic_map", name_of(CausticMap::on)) ||
+                                (context.needs.caustic_map && !is_set(params, "caustic_map", name_of(CausticMap::off)));
+  if (!context.needs.masks || is_among(keeps_apart, method)) return "";
+  if (is_among(by_caustic_map, method) && !gathers_caustics) return "";  // records keep them apart
   const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
   std::vector<int> mixed(lines * lines);
   parallel_for(mixed.size(), 16, [&](std::size_t i) {

@@ -25,10 +25,11 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
 
 // Says that a surface that stops but a part of the light lies so near to another of its own layer that the method, which shares
 // light between near points, may take that on one for that on the other; "" where it does not, or none is seen.
-std::string surfaces_mixed(const RenderContext& context, const std::string& method);
+std::string surfaces_mixed(const RenderContext& context, const std::string& method, const ParamMap& params = {});
 
-// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, whatever the method;
-// "" where none is seen.
+// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, whatever the
+// method;
+// "" where none is seen, or where both are at the same distance to the last bit (identical triangles), of which rays meet one.
 std::string surfaces_coincide(const RenderContext& context);
 
 MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);

@@ -389,7 +389,7 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
 }
 
 TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
-  const auto told = [](float opacity, float height, bool one_shape, const char* method) {
+  const auto told = [](float opacity, float height, bool one_shape, const char* method, const ParamMap& params = {}) {
     SceneBuilder b("sheets");
     const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
     MeshData sheets = quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2});
@@ -408,7 +408,7 @@ TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
     for (Shape& shape : scene.objects[0].shapes) shape.mask = 0;
     SceneContext stage(std::move(scene), {16, 16}, 1);
     std::string text;
-    with_threads(2, [&] { text = surfaces_mixed(stage.context, method); });
+    with_threads(2, [&] { text = surfaces_mixed(stage.context, method, params); });
     return text;
   };
   for (const char* method : {"photon-map", "sppm", "vcm", "photon-cache"}) {
@@ -416,6 +416,8 @@ TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
     EXPECT_EQ(told(0.5f, 0.001f, false, method), "") << method;
   }
   for (const char* method : {"path", "irradiance-cache"}) EXPECT_EQ(told(0.5f, 0.001f, true, method), "") << method;
+  EXPECT_NE(told(0.5f, 0.001f, true, "irradiance-cache", {{"caustic_map", {std::string("on"), {}}}}), "")
+      << "kernels of its map";
   EXPECT_EQ(told(1, 0.001f, true, "sppm"), "");
   EXPECT_EQ(told(0.5f, 1, true, "sppm"), "");
 }
