@@ -44,8 +44,9 @@ void sort_by_digit(std::span<const CurveKey> from, std::span<CurveKey> to, int s
   });
 }
 
-// The narrowest lobe that is not a delta: 1 for Lambert's. Facets turn what glass refracts by (eta - 1) of what they turn what
-// it reflects: an index next to 1 leaves a lobe in which kernels would find hardly a photon.
+// The narrowest lobe that is not a delta: 1 for Lambert's. Facets turn what glass refracts by half of |eta - 1| of what they
+// turn what it reflects: an index next to 1 leaves a lobe in which kernels would find hardly a photon. One that is a quarter
+// off 1, or more, is judged by alpha alone.
 struct NarrowestAlpha {
   float operator()(const Diffuse&) const { return 1; }
   float operator()(const Conductor& m) const { return std::min(m.alpha.x, m.alpha.y); }

@@ -22,7 +22,8 @@ struct WideView {
 };
 
 // A ray against a leaf that takes more than SIMD instructions: a list of primitives, or a pack of which some triangle takes
-// double precision. It lowers `hit`; for `any_hit` the first that is found will do. Compiled once for all instruction sets.
+// double precision. It lowers `hit`; for `any_hit` the first that is found will do. Compiled once for all instruction sets,
+// and out of line: what is called from the midst of a loop keeps the loop's vectors out of registers.
 template <int node_width, class Pack>
 bool test_rare_leaf(const WideView<node_width, Pack>& view, const Ray& ray, const TriangleRay& shear, WideRef leaf,
                     bool any_hit, Hit& hit);

@@ -189,8 +189,7 @@ class LeafQuery : PackQuery<typename Simd::template Floats<Pack::lanes>, Pack, a
     return outcome;
   }
 
-  // Lists of primitives, and packs of which some triangle takes double precision. Out of line: what is called from the midst of
-  // a loop keeps the loop's vectors out of registers.
+  // Lists of primitives, and packs of which some triangle takes double precision.
   template <class View>
   static bool test_rare(const View& view, const Ray& ray, const TriangleRay& shear, WideRef leaf, Hit& hit, Count& count) {
     if (Count::of_primitives && leaf.is_pack())
