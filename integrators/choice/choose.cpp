@@ -2,7 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
-#include "integrators/photons/caustic_light.h"
+#include "integrators/photons/photon_maps.h"
 
 #include <fmt/format.h>
 
@@ -206,6 +206,20 @@ bool is_set(const ParamMap& params, const char* name, std::string_view value) {
   return param != params.end() && to_text(param->second) == value;
 }
 
+constexpr double fewest_pixels = 0.01;  // that a warning is worth
+
+// The share of a few pixels, evenly placed, of whose rays from the lens's middle this holds.
+template <class Test>
+double share_of_pixels(const RenderContext& context, const Test& holds_of) {
+  constexpr int lines = 32;
+  std::vector<int> holds(lines * lines);
+  parallel_for(holds.size(), 16, [&](std::size_t i) {
+    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
+    holds[i] = holds_of(context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f)));
+  });
+  return std::accumulate(holds.begin(), holds.end(), 0.0) / static_cast<double>(holds.size());
+}
+
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
@@ -229,29 +243,24 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
 
 std::string surfaces_mixed(const RenderContext& context, const std::string& method, const ParamMap& params) {
   constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided"};
-  constexpr int lines = 32;
-  constexpr double fewest = 0.01;
   const bool gathers_caustics = is_set(params, "caustic_map", name_of(CausticMap::on)) ||
                                 (context.needs.caustic_map && !is_set(params, "caustic_map", name_of(CausticMap::off)));
   if (!context.needs.masks || is_among(keeps_apart, method)) return "";
   if (is_among(by_caustic_map, method) && !gathers_caustics) return "";  // records keep them apart
   const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
-  std::vector<int> mixed(lines * lines);
-  parallel_for(mixed.size(), 16, [&](std::size_t i) {
-    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
-    const Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f));
+  const double share = share_of_pixels(context, [&](const Ray& ray) {
     const Hit seen = trace(context, ray);
-    if (!seen) return;
+    if (!seen) return false;
     const SurfacePoint point = context.scene.surface_at(ray, seen);
     for (const vec3& side : {point.normal, -point.normal}) {
       const Hit other = trace(context, spawn_ray(point, side, near));
       if (!other) continue;
       const Layer layer = context.scene.layer_at(other);
-      if (lets_light_through(point.layer | layer) && share_light(point.layer, layer)) mixed[i] = 1;
+      if (lets_light_through(point.layer | layer) && share_light(point.layer, layer)) return true;
     }
+    return false;
   });
-  const double share = std::accumulate(mixed.begin(), mixed.end(), 0.0) / static_cast<double>(mixed.size());
-  if (share < fewest) return "";
+  if (share < fewest_pixels) return "";
   return fmt::format(
       "{} of what is seen are surfaces of one shape, less than 1 % of the scene's size apart, that let a part of the light "
       "through: {} may take light on one for light on the other; path keeps them apart",
@@ -260,30 +269,25 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
 
 // Straight on through glass, to what lies beneath.
 std::string surfaces_coincide(const RenderContext& context) {
-  constexpr int lines = 32, most = 8;
-  constexpr double fewest = 0.01;
-  std::vector<int> coincide(lines * lines);
-  parallel_for(coincide.size(), 16, [&](std::size_t i) {
-    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
-    Ray ray = context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f));
+  constexpr int most = 8;
+  const double share = share_of_pixels(context, [&](Ray ray) {
     std::optional<SurfacePoint> last;
     for (int met = 0; met < most; ++met) {
       const Hit hit = trace(context, ray);
-      if (!hit) return;
+      if (!hit) return false;
       const SurfacePoint point = context.scene.surface_at(ray, hit);
       const auto height = [&] { return std::abs(glm::dot(point.position - last->position, point.normal)); };
-      if (last && last->material != point.material && height() < point.clearance) coincide[i] = 1;
-      if (last && !std::holds_alternative<Dielectric>(context.scene.materials[last->material])) return;
+      if (last && last->material != point.material && height() < point.clearance) return true;
+      if (last && !std::holds_alternative<Dielectric>(context.scene.materials[last->material])) return false;
       last = point;
       ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
     }
+    return false;
   });
-  const double share = std::accumulate(coincide.begin(), coincide.end(), 0.0) / static_cast<double>(coincide.size());
-  if (share < fewest) return "";
+  if (share < fewest_pixels) return "";
   return fmt::format(
-      "{} of what is seen are surfaces of different materials in one place, as far as rounding tells: which of them a ray "
-      "meets "
-      "is chance, and light is lost there; move one off the other",
+      "{} of what is seen are surfaces of different materials in one place, as far as rounding tells: "
+      "which of them a ray meets is chance, and light is lost there; move one off the other",
       percent(share));
 }
 
