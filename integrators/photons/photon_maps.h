@@ -58,9 +58,8 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.integer(
       "caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
       "emitted for the caustic map, where there is one; 0: 200,000; new in every iteration of a cache, three a pixel in the "
-      "first, if those are fewer, and more in each until they are 200,000 in the 17th, under kernels that are no wider, but "
-      "where "
-      "photons lie evenly");
+      "first, if those are fewer, and more in each until they are 200,000 in the 17th, under kernels that are no "
+      "wider, but where photons lie evenly");
   v.integer(
       "k", p.k, 0, 1000000, "photons",
       "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
@@ -75,11 +74,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.choice("caustic_map", p.caustic_map,
            "auto: where the scene needs it, and gather rays or records look up the other map or caustic_photons is given; off: "
            "one for all");
-  v.number(
-      "carry_below", p.carry_below, 0, 1, "GGX alpha",
-      "rough lobes narrower than this are followed, not gathered (of glass whose index is within a quarter of 1, alpha times "
-      "four times that distance counts); but for coats on which caustics of points, spots or "
-      "directions fall");
+  describe_carry_below(v, p.carry_below);
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges, "what photons are divided by: the whole disc, its part that the point sees, or their own hull");
   v.choice("emission", p.emission,

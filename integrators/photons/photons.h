@@ -107,6 +107,13 @@ inline float median(std::vector<float>& values) {
 enum class LobeTails : std::uint8_t { followed, gathered };
 constexpr auto names_of(LobeTails) { return std::array{"followed", "gathered"}; }
 
+template <class Visitor>
+void describe_carry_below(Visitor& v, float& carry_below) {
+  v.number("carry_below", carry_below, 0, 1, "GGX alpha",
+           "rough lobes narrower than this are followed, not gathered (of glass whose index is within a quarter of 1, alpha "
+           "times four times that distance counts); but for coats on which caustics of points, spots or directions fall");
+}
+
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe is specular-like.
 class RoughMaterials {
  public:

@@ -84,11 +84,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.choice("kernel", p.kernel, "density kernel, normalised");
   v.choice("emission", p.emission,
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
-  v.number(
-      "carry_below", p.carry_below, 0, 1, "GGX alpha",
-      "rough lobes narrower than this are followed, not gathered (of glass whose index is within a quarter of 1, alpha times "
-      "four times that distance counts); but for coats on which caustics of points, spots or "
-      "directions fall");
+  describe_carry_below(v, p.carry_below);
   v.choice("lobe_tails", p.lobe_tails,
            "those lobes whole, or their core alone: in their tails photons are gathered, with less noise, but leaks under "
            "doors");
