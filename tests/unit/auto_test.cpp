@@ -19,6 +19,12 @@ struct Choice {
   PilotFindings findings;
 };
 
+PilotFindings of_diffuse_surfaces() {
+  PilotFindings findings;
+  findings.surface = findings.diffuse = findings.path_error = 1;
+  return findings;
+}
+
 Choice choice_in(const std::string& scene, const Effort& effort, int threads = 2, BiasAllowed bias = BiasAllowed::any) {
   Scene loaded = load_scene(scene);
   const ivec2 resolution = loaded.resolution;
@@ -146,8 +152,7 @@ TEST(AutoChoice, KnowsEvenCausticsByManyPhotonsAlone) {
 }
 
 TEST(AutoChoice, LeavesNoiseOfDirectLightToPaths) {
-  PilotFindings findings;
-  findings.surface = findings.diffuse = findings.path_error = 1;
+  PilotFindings findings = of_diffuse_surfaces();
   findings.records = 100;
   findings.photons_seen = 0.5;
   SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
@@ -165,8 +170,7 @@ TEST(AutoChoice, LeavesNoiseOfDirectLightToPaths) {
 
 // Glass in the sun under a bright sky, which paths meet with far less noise than light samples do.
 TEST(AutoChoice, BringsSunBehindGlassWithoutTheNoiseOfASampledSky) {
-  PilotFindings findings;
-  findings.surface = findings.diffuse = findings.path_error = 1;
+  PilotFindings findings = of_diffuse_surfaces();
   findings.caustic_light = 0.01;
   findings.unmet_caustics = 0.005;
   findings.caustic_hits = 0.1;
@@ -179,8 +183,7 @@ TEST(AutoChoice, BringsSunBehindGlassWithoutTheNoiseOfASampledSky) {
 
 // A lamp that shines at the ceiling: nearly all light in view is indirect, and photons get there.
 TEST(AutoChoice, TakesPhotonsForHiddenLightThatTheyBring) {
-  PilotFindings findings;
-  findings.surface = findings.diffuse = findings.path_error = 1;
+  PilotFindings findings = of_diffuse_surfaces();
   findings.direct_error = 0.04;
   findings.records = 100;
   findings.photons_seen = 2;
@@ -196,8 +199,7 @@ TEST(AutoChoice, TakesPhotonsForHiddenLightThatTheyBring) {
 
 TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
   // Few photons of a pilot, or none, land in a small caustic.
-  PilotFindings findings;
-  findings.surface = findings.diffuse = findings.path_error = 1;
+  PilotFindings findings = of_diffuse_surfaces();
   findings.direct_error = 0.01;
   findings.records = 1000;
   const auto leaves_them_to_paths = [&](const std::optional<Light>& light) {
@@ -351,92 +353,6 @@ TEST(AutoEffort, IsCountedInRays) {
   EXPECT_EQ(rays_a_pixel({2}, {100, 100}, findings), 2 * rays_per_second / 1e4);
   EXPECT_EQ(rays_a_pixel({2, 8}, {100, 100}, findings), 5 * 8);
   EXPECT_DOUBLE_EQ(rays_a_pixel({0, 0, 0.01}, {10, 10}, findings), 0.1 * 5 * 2 / 0.01);
-}
-
-TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
-  const auto told = [](const std::string& scene, const std::string& method, const char* caustic_map = nullptr) {
-    SceneContext stage(load_scene(scene), {64, 64}, 1);
-    ParamMap params;
-    if (caustic_map) params["caustic_map"] = {std::string(caustic_map), {}};
-    std::string text;
-    with_threads(2, [&] { text = light_out_of_reach(stage.context, method, params); });
-    return text;
-  };
-  EXPECT_NE(told("builtin:water", "path").find("path leaves it out; cppm brings it"), std::string::npos);
-  for (const char* cache : {"irradiance-cache", "radiance-cache", "hash-cache"}) {
-    EXPECT_EQ(told("builtin:glass-caustic", cache), "");
-    EXPECT_EQ(told("builtin:glass-caustic", cache, "on"), "");
-    EXPECT_NE(told("builtin:glass-caustic", cache, "off").find("leaves it noisy; cppm brings it"), std::string::npos) << cache;
-  }
-  EXPECT_EQ(told("builtin:water", "cppm"), "");
-  EXPECT_EQ(told("builtin:thin-wall", "path"), "");    // a mirror in which paths find the light
-  EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular
-}
-
-TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
-  const auto told = [](const std::string& scene, const std::string& method, const ParamMap& params = {}) {
-    SceneContext stage(load_scene(scene), {64, 64}, 1);
-    return light_out_of_reach(stage.context, method, params);
-  };
-  constexpr const char* wide = "builtin:sunlit-field?surroundings=64";
-  for (const char* method : {"photon-map", "sppm", "cppm", "photon-cache"}) {
-    EXPECT_NE(told(wide, method).find("emission = \"visibility\" may guide them"), std::string::npos) << method;
-    EXPECT_EQ(told(wide, method, {{"emission", {std::string("visibility"), {}}}}), "");
-    EXPECT_EQ(told("builtin:exterior", method), "") << method;
-  }
-  for (const char* method : {"vcm", "light-trace"}) EXPECT_NE(told(wide, method).find("bdpt needs none"), std::string::npos);
-  EXPECT_EQ(told(wide, "bdpt"), "");
-}
-
-TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
-  const auto told = [](float opacity, float height, bool one_shape, const char* method, const ParamMap& params = {}) {
-    SceneBuilder b("sheets");
-    const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
-    MeshData sheets = quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2});
-    MeshData upper = quad({-1, height, 1}, {1, height, 1}, {1, height, -1}, {-1, height, -1});
-    if (one_shape) {
-      for (const uvec3& t : upper.triangles) sheets.triangles.push_back(t + 4u);
-      sheets.positions.insert(sheets.positions.end(), upper.positions.begin(), upper.positions.end());
-      sheets.uvs.insert(sheets.uvs.end(), upper.uvs.begin(), upper.uvs.end());
-    }
-    b.mesh(std::move(sheets), grey);
-    if (!one_shape) b.mesh(std::move(upper), grey);
-    b.light(PointLight{{0, 2, 0}, Rgb(1)});
-    b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {16, 16});
-    Scene scene = b.finish();
-    scene.textures.push_back(ImageTexture{.size = {1, 1}, .texels = {Rgb(opacity)}});
-    for (Shape& shape : scene.objects[0].shapes) shape.mask = 0;
-    SceneContext stage(std::move(scene), {16, 16}, 1);
-    std::string text;
-    with_threads(2, [&] { text = surfaces_mixed(stage.context, method, params); });
-    return text;
-  };
-  for (const char* method : {"photon-map", "sppm", "vcm", "photon-cache"}) {
-    EXPECT_NE(told(0.5f, 0.001f, true, method).find("path keeps them apart"), std::string::npos) << method;
-    EXPECT_EQ(told(0.5f, 0.001f, false, method), "") << method;
-  }
-  for (const char* method : {"path", "irradiance-cache"}) EXPECT_EQ(told(0.5f, 0.001f, true, method), "") << method;
-  EXPECT_NE(told(0.5f, 0.001f, true, "irradiance-cache", {{"caustic_map", {std::string("on"), {}}}}), "")
-      << "kernels of its map";
-  EXPECT_EQ(told(1, 0.001f, true, "sppm"), "");
-  EXPECT_EQ(told(0.5f, 1, true, "sppm"), "");
-}
-
-TEST(SurfacesCoincide, AreToldWhereAPaneLiesInTheFloorItself) {
-  const auto told = [](float height, const Material& pane) {
-    SceneBuilder b("pane");
-    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
-    b.mesh(box({-0.9f, height, -0.8f}, {1, height + 0.1f, 0.7f}), b.material(pane));
-    b.light(PointLight{{0, 2, 0}, Rgb(1)});
-    b.camera({0.3f, 2, 3.5f}, {0, 0, 0}, 50, {16, 16});
-    SceneContext stage(b.finish(), {16, 16}, 1);
-    std::string text;
-    with_threads(2, [&] { text = surfaces_coincide(stage.context); });
-    return text;
-  };
-  EXPECT_NE(told(0, Dielectric{.eta = 1.5f}).find("of different materials in one place"), std::string::npos);
-  EXPECT_EQ(told(1e-4f, Dielectric{.eta = 1.5f}), "");
-  EXPECT_EQ(told(0, Diffuse{Rgb(0.2f)}), "") << "hidden by the box";
 }
 
 TEST(AutoStructure, WeighsBuildingAgainstTracing) {
