@@ -98,7 +98,7 @@ TEST(EvenDiscs, KeepTheMeanOfEvenLightAndShedItsNoise) {
     variance += even.variance(i);
     of_narrow += narrow.variance(i);
   }
-  // As if all points of a map had one estimate.
+  // It is as if all points of a map had one estimate.
   const double error = std::sqrt(variance / static_cast<double>(at.size()) / RandomMaps::trials);
   EXPECT_NEAR(mean, 1, 3 * error);
   EXPECT_LT(error, 0.0105);

@@ -53,7 +53,7 @@ class ViewSlab {
   std::array<vec4, 6> planes_;
 };
 
-// Of quadrics, the faces of their boxes.
+// Quadrics count by the faces of their boxes.
 bool holds_surfaces(const ViewSlab& slab, const Scene& scene, const Transform& to_camera) {
   for (const Instance& instance : scene.instances) {
     const Transform t = to_camera * instance.to_world;
