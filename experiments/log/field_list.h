@@ -62,6 +62,7 @@ class FieldLister {
   void maybe(const std::string& key, T& value) {
     add(key, value, true);
   }
+  void counts(const std::string& key, std::map<std::string, std::uint64_t>& value) { add(key, value, false); }
   template <class T>
   void choice(const std::string& key, T&, std::span<const char* const>) {
     fields.push_back({key, "string"});

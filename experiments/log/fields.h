@@ -81,6 +81,11 @@ class FieldsOut {
       (*this)(key, value);
     }
   }
+  // Counts by name, of which those that are 0 have no key.
+  void counts(const char* key, std::map<std::string, std::uint64_t> counts) {
+    std::erase_if(counts, [](const auto& count) { return count.second == 0; });
+    (*this)(key, counts);
+  }
   // An enumerator or a flag by its name.
   template <class T>
   void choice(const char* key, const T& value, std::span<const char* const> names) {
@@ -124,6 +129,7 @@ class FieldsIn {
     const auto found = json_.find(key);
     value = found == json_.end() ? T{} : read_value<T>(*found);
   }
+  void counts(const char* key, std::map<std::string, std::uint64_t>& counts) { (*this)(key, counts); }
   template <class T>
   void choice(const char* key, T& value, std::span<const char* const> names) {
     const std::string name = json_.at(key);

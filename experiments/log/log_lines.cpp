@@ -65,8 +65,9 @@ void list_fields(auto& f, FieldsOf<StructureRecord> auto& r) {
 
 void list_fields(auto& f, FieldsOf<CheckpointRecord> auto& r) {
   f.cell(r.cell);
-  FIELDS(manifest, iterations, time_s, cpu_s, phases_s, metrics, counters, peak_memory_bytes, non_finite);
-  MAYBE_FIELDS(regions, confidence);
+  FIELDS(manifest, iterations, time_s, cpu_s, phases_s, metrics, peak_memory_bytes);
+  f.counts("counters", r.counters);
+  MAYBE_FIELDS(non_finite, regions, confidence);
 }
 
 void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
