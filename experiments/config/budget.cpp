@@ -17,19 +17,25 @@ namespace etendue {
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
-// A ladder has at most so many rungs below its end; what comes before the lowest one is the first iteration's checkpoint.
-constexpr int lowest_rung_log2 = 20;
+
+// The number after the prefix, from 1 to `most`.
+std::optional<int> steps(std::string_view text, std::string_view prefix, int most) {
+  if (!text.starts_with(prefix)) return std::nullopt;
+  const auto count = parse_whole<int>(text.substr(prefix.size()));
+  return count && *count >= 1 && *count <= most ? count : std::nullopt;
+}
 
 }  // namespace
 
 CheckpointLadder CheckpointLadder::parse(const std::string& text) {
-  if (text == "log") return {2, 0};
-  if (text == "sqrt2") return {std::numbers::sqrt2, 0};
-  constexpr std::string_view prefix = "linear:";
-  if (text.starts_with(prefix))
-    if (const auto count = parse_whole<int>(std::string_view(text).substr(prefix.size())))
-      if (*count >= 1 && *count <= 100000) return {2, *count};
-  throw Error(fmt::format("bad checkpoints '{}'; expected \"log\", \"sqrt2\" or \"linear:N\" with N in 1 .. 100000", text));
+  if (text == "log") return {};
+  if (text == "sqrt2") return {.factor = std::numbers::sqrt2};
+  if (const auto count = steps(text, "linear:", 100000)) return {.linear = *count};
+  if (const auto count = steps(text, "quarters:", 10)) return {.factor = 4, .lowest = std::pow(0.25, *count - 1)};
+  throw Error(
+      fmt::format("bad checkpoints '{}'; expected \"log\", \"sqrt2\", \"linear:N\" with N in 1 .. 100000, or "
+                  "\"quarters:N\" with N in 1 .. 10",
+                  text));
 }
 
 std::string Budget::text() const {
@@ -74,7 +80,7 @@ double BudgetSchedule::next_rung(double total, double reached) const {
   }
   // The lowest total / factor^k above what is reached.
   double rung = total;
-  while (rung / budget_.checkpoints.factor > reached * (1 + 1e-12) && rung > std::ldexp(total, -lowest_rung_log2))
+  while (rung / budget_.checkpoints.factor > reached * (1 + 1e-12) && rung > budget_.checkpoints.lowest * total)
     rung /= budget_.checkpoints.factor;
   return rung;
 }

@@ -8,13 +8,14 @@
 
 namespace etendue {
 
-// Checkpoints run backwards from the end: T, T/f, T/f^2, ... (`log`: f = 2, `sqrt2`: f = sqrt 2), or T/n, 2T/n, ..., T
-// (`linear:n`). T is the time or the count of iterations the budget allows.
+// Checkpoints run backwards from the end: T, T/f, T/f^2, ... (`log`: f = 2, `sqrt2`: f = sqrt 2, `quarters:n`: n of them,
+// f = 4), or T/n, 2T/n, ..., T (`linear:n`). T is the time or the count of iterations the budget allows.
 struct CheckpointLadder {
   double factor = 2;
-  int linear = 0;  // > 0: so many equal steps instead
+  int linear = 0;           // > 0: so many equal steps instead
+  double lowest = 0x1p-20;  // no rung is below this share of T but the first iteration, which is always one
 
-  // "log", "sqrt2" or "linear:N"; throws Error.
+  // "log", "sqrt2", "linear:N" or "quarters:N"; throws Error.
   static CheckpointLadder parse(const std::string& text);
 };
 

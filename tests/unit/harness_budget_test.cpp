@@ -45,6 +45,8 @@ TEST(BudgetSchedule, SampleLaddersEndAtTheBudget) {
   EXPECT_EQ(checkpoints(samples(10, "linear:5"), 1), (List{1, 2, 4, 6, 8, 10}));
   EXPECT_EQ(checkpoints(samples(8, "sqrt2"), 1), (List{1, 2, 3, 4, 6, 8}));
   EXPECT_EQ(checkpoints(samples(1), 1), (List{1}));
+  EXPECT_EQ(checkpoints(samples(256, "quarters:3"), 1), (List{1, 16, 64, 256}));
+  EXPECT_EQ(checkpoints(samples(256, "quarters:1"), 1), (List{1, 256}));
 }
 
 TEST(BudgetSchedule, TimeLadderIsLogarithmicAndEndsBeforeOverrunning) {
@@ -72,7 +74,7 @@ TEST(BudgetSchedule, FirstLimitReachedEnds) {
 }
 
 TEST(CheckpointLadder, BadTextIsAnError) {
-  for (const char* bad : {"", "logg", "linear:", "linear:0", "linear:x", "linear:5x"})
+  for (const char* bad : {"", "logg", "linear:", "linear:0", "linear:x", "linear:5x", "quarters:0", "quarters:11"})
     EXPECT_THROW(CheckpointLadder::parse(bad), Error) << bad;
 }
 
