@@ -64,6 +64,8 @@ TEST(LogDocs, NameEveryFieldOfEveryLine) {
 // What a list names is what a line holds.
 TEST(LogDocs, ListsWhatIsWritten) {
   CheckpointRecord record;
+  record.counters = {{"rays", 1}, {"lookups", 0}};
+  record.non_finite = 1;
   record.regions = {{"left", {{"mse", 1}}}};
   record.confidence = {{"true", 1}};
   Types types;
@@ -71,6 +73,7 @@ TEST(LogDocs, ListsWhatIsWritten) {
     if (line.type == CheckpointRecord::line_type) types = types_of(line.fields);
   const Json json = Json::parse(to_json_line(record));
   EXPECT_EQ(json.size(), types.size() + 1);  // beside its type
+  EXPECT_EQ(json["counters"].size(), 1u);    // without those that are 0
   for (const auto& [name, type] : types) EXPECT_TRUE(json.contains(name)) << name;
 }
 
