@@ -87,6 +87,7 @@ struct ReferenceRecord {
   int width = 0, height = 0;
   FileStamp stamp = {};
   std::vector<std::string> warnings = {};  // of the scene's reader: what was left out or replaced, and what is not finite
+  double relmse_floor = 0;                 // the part of every relMSE that is the reference's noise; 0: none, or not known
 };
 
 struct CheckpointRecord {

@@ -49,7 +49,7 @@ void list_fields(auto& f, FieldsOf<SceneRecord> auto& r) {
 void list_fields(auto& f, FieldsOf<ReferenceRecord> auto& r) {
   FIELDS(scene, scene_hash, source, file, mse_floor, width, height, checks);
   f.stamp("file", r.stamp);
-  f.maybe("warnings", r.warnings);
+  MAYBE_FIELDS(warnings, relmse_floor);
 }
 
 void list_fields(auto& f, FieldsOf<StructureRecord> auto& r) {

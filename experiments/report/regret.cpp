@@ -62,12 +62,12 @@ std::vector<Contest> find_contests(const ReportData& data) {
     for (const double share : time_shares) {
       Contest contest{&scene, share, share * scene.common_time_s};
       for (const Configuration* configuration : scene.finished()) {
-        const auto error = estimate_at(*configuration, data.main_metric(), contest.time_s);
+        const auto error = error_at(scene, *configuration, data.main_metric(), contest.time_s);
         const bool choice = chooses_for(*configuration, contest.time_s, scene.common_time_s);
         if (choice) contest.chosen = configuration;
         if (!error || (chooses(*configuration) && !choice)) continue;
-        contest.errors[configuration] = error->centre;
-        if (!choice && (!contest.best || error->centre < contest.errors.at(contest.best))) contest.best = configuration;
+        contest.errors[configuration] = *error;
+        if (!choice && (!contest.best || *error < contest.errors.at(contest.best))) contest.best = configuration;
       }
       if (contest.chosen && contest.best) contests.push_back(std::move(contest));
     }
@@ -122,7 +122,7 @@ Table contests_table(const ReportData& data, const std::vector<Contest>& contest
       "Regret is the error over the least that any one method has at that time, both geometric means over seeds and at "
       "least {:.0e}.",
       least_error));
-  if (!data.noisy_references().empty()) table.note(noise_in_ratios);
+  if (const std::string noise = noise_in_ratios(data); !noise.empty()) table.note(noise);
   return table.take();
 }
 

@@ -251,6 +251,39 @@ std::optional<Estimate> estimate_at(const Configuration& configuration, const st
   return with_sign ? signed_estimate(values) : geometric_estimate(values);
 }
 
+namespace {
+
+// The part of every value of a metric that is the noise of the scene's reference; nullopt where nobody knows it.
+std::optional<double> reference_noise(const SceneData& scene, const std::string& metric) {
+  if (scene.reference == nullptr || scene.reference->mse_floor <= 0) return 0;
+  if (metric == "mse") return scene.reference->mse_floor;
+  if (metric == "relmse" && scene.reference->relmse_floor > 0) return scene.reference->relmse_floor;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string noise_in_ratios(const ReportData& data) {
+  bool has_noise = false, is_known = true;
+  for (const SceneData& scene : data.scenes) {
+    const auto noise = reference_noise(scene, data.main_metric());
+    has_noise |= noise != 0.0;
+    is_known &= noise.has_value();
+  }
+  if (!has_noise) return "";
+  return is_known ? "The noise of rendered references is taken from errors before they are compared; what is left counts as a "
+                    "tenth of it at least."
+                  : "Errors against rendered references hold the noise of these, which brings ratios nearer to 1.";
+}
+
+std::optional<double> error_at(const SceneData& scene, const Configuration& configuration, const std::string& metric,
+                               double time_s) {
+  const auto estimate = estimate_at(configuration, metric, time_s);
+  if (!estimate) return std::nullopt;
+  const double noise = reference_noise(scene, metric).value_or(0);
+  return std::max(estimate->centre - noise, 0.1 * noise);
+}
+
 std::vector<double> final_values(const Configuration& configuration, const std::string& metric) {
   std::vector<double> values;
   for (const Replicate& replicate : configuration.replicates)

@@ -67,10 +67,6 @@ struct ReportData {
   std::vector<std::string> noisy_references() const;
 };
 
-// For people, beneath ratios of errors where there are such references.
-inline constexpr const char* noise_in_ratios =
-    "Errors against rendered references hold the noise of these, which brings ratios nearer to 1.";
-
 // Keeps pointers into `log`.
 ReportData arrange(const RunLog& log);
 
@@ -101,6 +97,14 @@ std::string short_label(const ReportData& data, const Configuration& configurati
 
 // One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);
+
+// For people, beneath ratios of errors: what became of the noise of references; "" where they have none.
+std::string noise_in_ratios(const ReportData& data);
+
+// For ratios: the estimate that estimate_at gives, without the noise of the scene's reference where that is known of the
+// metric. What is left of it after that counts as a tenth of that noise at least, as its own estimate is not exact either.
+std::optional<double> error_at(const SceneData& scene, const Configuration& configuration, const std::string& metric,
+                               double time_s);
 
 // The metric over replicates at a time, of the image that each has then: that of its last whole iteration. Between checkpoints
 // iterations are taken as equally long, and the metric as linear over them on log-log axes. There is none before a replicate's

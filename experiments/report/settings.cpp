@@ -39,11 +39,11 @@ std::optional<Shortfall> shortfall_at(const MethodSettings& method, const std::s
   std::optional<double> own;
   double least = infinity;
   for (const Configuration* configuration : method.settings) {
-    const auto error = estimate_at(*configuration, metric, time_s);
+    const auto error = error_at(*method.scene, *configuration, metric, time_s);
     if (!error) continue;
-    if (configuration == method.defaults) own = error->centre;
-    if (error->centre < least) {
-      least = error->centre;
+    if (configuration == method.defaults) own = *error;
+    if (*error < least) {
+      least = *error;
       shortfall.best = configuration;
     }
   }
@@ -90,7 +90,7 @@ Table settings_table(const ReportData& data, const std::vector<MethodSettings>& 
   table.column("at_end", "at the end", [](const MethodSettings& m) { return times_cell(m.shortfalls.back().ratio); });
   table.note(fmt::format("Errors are compared at {} times, from a {}th of the time that all runs had on.",
                          halvings * steps_per_halving + 1, 1 << halvings));
-  if (!data.noisy_references().empty()) table.note(noise_in_ratios);
+  if (const std::string noise = noise_in_ratios(data); !noise.empty()) table.note(noise);
   return table.take();
 }
 

@@ -6,6 +6,7 @@
 #include "experiments/run/run.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
+#include "framework/image/metrics.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
@@ -139,14 +140,20 @@ double brightest_light(const Scene& scene) {
   return std::max({brightest.x, brightest.y, brightest.z});
 }
 
-// Gives the mean square of what two images differ by: if their means are the same, the sum of their variances.
-double mean_square_difference(const Image& a, const Image& b) {
-  double squares = 0;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const dvec3 difference = a.pixels[i] - b.pixels[i];
-    squares += dot(difference, difference) / 3;
-  }
-  return squares / static_cast<double>(a.pixels.size());
+// Of a mean of two estimators' images, the first with this weight: the part of a squared error against it that is its noise.
+struct Floors {
+  double mse, relmse;
+};
+
+Floors find_floors(const BatchStatistics& first, const BatchStatistics& second, double weight, const Image& mean) {
+  const double a = weight * weight, b = (1 - weight) * (1 - weight);
+  return {a * first.mean_variance() + b * second.mean_variance(),
+          a * first.relative_variance(mean) + b * second.relative_variance(mean)};
+}
+
+// The same where variances are not to be trusted: as if all that the images differ by were noise of the first.
+Floors floors_by_difference(const Image& first, const Image& second, double weight) {
+  return {weight * weight * mse(first, second), weight * weight * relmse(first, second)};
 }
 
 // Says what to do about estimators that disagree.
@@ -186,12 +193,13 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   RenderedReference rendered;
   rendered.image = first.mean();
   const Image other = second.mean();
-  const double squared_error = mean_square_difference(rendered.image, other) * weight * weight;
+  const Floors differ = floors_by_difference(rendered.image, other, weight);
   for (std::size_t i = 0; i < other.pixels.size(); ++i)
     rendered.image.pixels[i] = weight * rendered.image.pixels[i] + (1 - weight) * other.pixels[i];
   round_as_stored(rendered.image);
-  rendered.mse_floor = weight * weight * a + (1 - weight) * (1 - weight) * b;
-  if (!told) rendered.mse_floor = std::max(rendered.mse_floor, squared_error);
+  const Floors vary = find_floors(first, second, weight, rendered.image);
+  rendered.mse_floor = told ? vary.mse : std::max(vary.mse, differ.mse);
+  rendered.relmse_floor = told ? vary.relmse : std::max(vary.relmse, differ.relmse);
   rendered.samples = samples;
   rendered.source = pair.second_checks_only
                         ? fmt::format("{} alone, checked by {} to {:g} % of the image's mean, {} samples per pixel each",
@@ -224,7 +232,8 @@ ReferenceRecord reference_record(const std::string& scene_name, const Scene& sce
           rendered.image.size.x,
           rendered.image.size.y,
           stamp,
-          scene.warnings};
+          scene.warnings,
+          rendered.relmse_floor};
 }
 
 Reference make_reference(const ReferenceRequest& request, const ReferenceCache& cache) {

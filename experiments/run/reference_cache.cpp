@@ -41,6 +41,7 @@ std::optional<int> multiple(ivec2 large, ivec2 small) {
 std::string content_hash(const Image& image, std::map<std::string, std::string> attributes) {
   std::string bytes;
   for (const char* key : {"etendue_reference", "mse_floor", "samples", "source", "checks"}) bytes += attributes[key] + '\n';
+  bytes += attributes["relmse_floor"];  // which older ones have not
   const std::size_t start = bytes.size();
   bytes.resize(start + image.pixels.size() * sizeof(vec3));
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -55,6 +56,7 @@ std::string content_hash(const Image& image, std::map<std::string, std::string> 
 std::map<std::string, std::string> reference_attributes(const RenderedReference& reference) {
   std::map<std::string, std::string> attributes{{"etendue_reference", std::string(format_version)},
                                                 {"mse_floor", fmt::format("{:.17g}", reference.mse_floor)},
+                                                {"relmse_floor", fmt::format("{:.17g}", reference.relmse_floor)},
                                                 {"samples", std::to_string(reference.samples)},
                                                 {"source", reference.source},
                                                 {"checks", reference.checks}};
@@ -70,6 +72,7 @@ RenderedReference read_reference(const std::string& path) {
   if (attributes["content_xxh3"] != content_hash(reference.image, attributes))
     throw Error(Location{path}, "a damaged reference: its pixels or attributes are not those that were written");
   reference.mse_floor = std::strtod(attributes["mse_floor"].c_str(), nullptr);
+  reference.relmse_floor = std::strtod(attributes["relmse_floor"].c_str(), nullptr);
   reference.samples = std::strtoull(attributes["samples"].c_str(), nullptr, 10);
   reference.source = attributes["source"];
   reference.checks = attributes["checks"];
@@ -86,6 +89,7 @@ std::optional<RenderedReference> reduce(const RenderedReference& reference, ivec
   for (int y = 0; y < reference.image.size.y; ++y)
     for (int x = 0; x < reference.image.size.x; ++x) reduced.image.at(x / *k, y / *k) += reference.image.at(x, y) / parts;
   reduced.mse_floor /= parts;
+  reduced.relmse_floor /= parts;
   reduced.samples *= static_cast<std::uint64_t>(parts);
   reduced.source += fmt::format(", each pixel the mean of {} x {}", *k, *k);
   return reduced;

@@ -22,6 +22,7 @@ struct RenderedReference {
   double mse_floor = 0;       // variance of the image's pixels
   std::uint64_t samples = 0;  // per pixel and estimator
   std::string source, checks;
+  double relmse_floor = 0;  // what the image's variance adds to a relMSE; 0: none, or not known
 };
 
 std::map<std::string, std::string> reference_attributes(const RenderedReference& reference);

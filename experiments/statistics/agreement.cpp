@@ -2,6 +2,7 @@
 
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
+#include "framework/image/metrics.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -171,6 +172,17 @@ double BatchStatistics::mean_variance() const {
   const double n = batches_;
   double sum = 0;
   for (const dvec3& squares : squares_.pixels) sum += (squares.x + squares.y + squares.z) / 3;
+  return sum / (n * (n - 1) * static_cast<double>(mean_.pixels.size()));
+}
+
+double BatchStatistics::relative_variance(const Image& r) const {
+  CHECK_GT(batches_, 1);
+  const double n = batches_;
+  double sum = 0;
+  for (std::size_t i = 0; i < squares_.pixels.size(); ++i) {
+    const dvec3 relative = squares_.pixels[i] / (r.pixels[i] * r.pixels[i] + relmse_epsilon);
+    sum += (relative.x + relative.y + relative.z) / 3;
+  }
   return sum / (n * (n - 1) * static_cast<double>(mean_.pixels.size()));
 }
 

@@ -63,7 +63,9 @@ TEST(Agreement, ConstantsAgreeWithinTheMarginOnly) {
 
 TEST(Agreement, MeanVarianceIsThatOfTheMean) {
   // Uniform noise of width 1 has variance 1/12, its mean over 16 batches 1/192.
-  EXPECT_NEAR(noisy_batches(3, 1, 0).mean_variance(), 1.0 / 192, 0.1 / 192);
+  const BatchStatistics noisy = noisy_batches(3, 1, 0);
+  EXPECT_NEAR(noisy.mean_variance(), 1.0 / 192, 0.1 / 192);
+  EXPECT_NEAR(noisy.relative_variance(noisy.mean()) * (1 + relmse_epsilon), 1.0 / 192, 0.1 / 192);
 }
 
 TEST(ClosedForm, IsIntegratedOverEachPixel) {
@@ -115,9 +117,11 @@ TEST_F(ReferenceFiles, RenderedOnceThenCachedWithItsChecks) {
   const Reference first = make(choice, {16, 16});
   EXPECT_EQ(first.failure, "");
   EXPECT_GT(first.rendered.mse_floor, 0);
+  EXPECT_GT(first.rendered.relmse_floor, 0);
   EXPECT_NE(first.rendered.checks.find("agree"), std::string::npos);
   const Reference second = make(choice, {16, 16});
   EXPECT_EQ(second.rendered.mse_floor, first.rendered.mse_floor);
+  EXPECT_EQ(second.rendered.relmse_floor, first.rendered.relmse_floor);
   EXPECT_EQ(second.rendered.checks, first.rendered.checks);
   EXPECT_EQ(second.rendered.image.pixels, first.rendered.image.pixels);  // to the bit
 
@@ -210,8 +214,9 @@ TEST_F(ReferenceFiles, EveryFlippedBitIsNoticed) {
       // Bits of no consequence (of the header's view of the screen) may differ; what is read may not.
       const RenderedReference read = read_reference(file);
       if (read.checks.empty()) continue;
-      EXPECT_TRUE(read.image.pixels == made.image.pixels && read.mse_floor == made.mse_floor && read.samples == made.samples &&
-                  read.source == made.source && read.checks == made.checks)
+      EXPECT_TRUE(read.image.pixels == made.image.pixels && read.mse_floor == made.mse_floor &&
+                  read.relmse_floor == made.relmse_floor && read.samples == made.samples && read.source == made.source &&
+                  read.checks == made.checks)
           << "bit " << bit;
     } catch (const Error&) {
     }

@@ -23,9 +23,26 @@ TEST(Settings, AreComparedWithTheDefaultsOfTheSameMethodAtEachTime) {
   EXPECT_NEAR(std::stod(cell_of(report.tables[0], "worst_time_s")), 0.2, 1e-6);
   EXPECT_EQ(std::stod(cell_of(report.tables[0], "at_end")), 1);
   EXPECT_TRUE(well_formed(to_svg(report.figures.at(0).figures.at(0))));
-  EXPECT_EQ(to_markdown(report.tables[0]).find(noise_in_ratios), std::string::npos);
+}
+
+// What is within all errors alike is not the settings' own.
+TEST(Settings, AreComparedWithoutTheNoiseOfTheReferenceWhereItIsKnown) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  add_cells(log, "builtin:room", {.integrator = "sppm", .variance = 1, .exponent = -1}, 2);
+  add_cells(log, "builtin:room", {.integrator = "sppm radius=1", .variance = 0.5, .exponent = -1}, 2);
+  const auto found = [&] { return settings_report(arrange(log)).tables.at(0); };
+  EXPECT_NEAR(std::stod(cell_of(found(), "at_end")), 2, 1e-6);
+  EXPECT_EQ(to_markdown(found()).find("noise"), std::string::npos);
   log.references.push_back(reference("builtin:room", 1e-6));
-  EXPECT_NE(to_markdown(settings_report(arrange(log)).tables[0]).find(noise_in_ratios), std::string::npos);
+  EXPECT_NEAR(std::stod(cell_of(found(), "at_end")), 2, 1e-6);
+  EXPECT_NE(to_markdown(found()).find("hold the noise"), std::string::npos);
+  const double end = 1.0 / 128;  // about the error of the defaults
+  log.references[0].relmse_floor = end / 4;
+  EXPECT_NEAR(std::stod(cell_of(found(), "at_end")), 3, 0.3);
+  EXPECT_NE(to_markdown(found()).find("is taken from errors"), std::string::npos);
+  log.references[0].relmse_floor = 0.6 * end;  // more than the least: a tenth of the noise is left
+  EXPECT_NEAR(std::stod(cell_of(found(), "at_end")), 8, 2);
 }
 
 TEST(Settings, AreNotComparedWhereSomeMethodStandsAlone) {
