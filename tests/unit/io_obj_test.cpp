@@ -89,10 +89,20 @@ TEST(ObjReader, ErrorsNameTheirPlace) {
   EXPECT_ERROR(parse_obj(three + "f 1/1 2/1 3/1\n", "m.obj"), "index 1 of a texture coordinate, but there are 0");
   EXPECT_ERROR(parse_obj(three + "f 1//1 2//1 3//1\n", "m.obj"), "index 1 of a normal, but there are 0");
   EXPECT_ERROR(parse_obj(three + "f 1 2\n", "m.obj"), "m.obj:4:6: a face needs 3 vertices or more, found 2");
-  for (const char* corner : {"3.5", "3/", "/3", "3/1/", "3/1/1/1", "3//", "x", "99999999999"})
+  for (const char* corner : {"3.5", "/3", "3/1/1/1", "3/1/1/", "3///", "//", "x", "99999999999"})
     EXPECT_ERROR(parse_obj(three + "vt 0 0\nvn 0 0 1\nf 1 2 " + corner + "\n", "m.obj"), "m.obj:6:7: ") << corner;
   EXPECT_ERROR(parse_obj(three, "m.obj"), "m.obj: no faces");
   EXPECT_ERROR(parse_obj("", "m.obj"), "no faces");
+}
+
+TEST(ObjReader, LastSlashesMayStandForNothing) {
+  const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n";
+  for (const char* face : {"f 1/ 2/ 3/", "f 1// 2// 3//", "f -3// -2// -1//\n"}) {
+    const TriangleMesh mesh = parse_obj(three + face, "m.obj");
+    EXPECT_EQ(mesh.positions.at(1), vec3(1, 0, 0)) << face;
+    EXPECT_EQ(mesh.triangles.size(), 1u) << face;
+  }
+  EXPECT_EQ(parse_obj(three + "f 1/1/ 2/2/ 3/3/", "m.obj").uvs.at(2), vec2(0, 1));
 }
 
 TEST(ObjReader, DamagedFilesNeitherCrashNorHang) {

@@ -110,9 +110,11 @@ class Checker {
     triangles_ += corners - 2;
   }
 
-  // v, v/vt, v//vn or v/vt/vn
+  // v, v/vt, v//vn or v/vt/vn, and v/, v// or v/vt/, whose last slashes the loader does not know.
   void check_corner(std::string_view word) {
-    std::string_view rest = word;
+    if (std::count(word.begin(), word.end(), '/') > 2) fail_corner(word);
+    std::string_view rest = word.substr(0, word.find_last_not_of('/') + 1);
+    std::fill_n(text_.begin() + static_cast<std::ptrdiff_t>(word_ + rest.size()), word.size() - rest.size(), ' ');
     for (int kind = 0;; ++kind) {
       const std::size_t slash = std::min(rest.find('/'), rest.size());
       if (slash > 0) check_index(rest.substr(0, slash), kind, word);
