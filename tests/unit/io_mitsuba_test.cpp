@@ -111,6 +111,9 @@ TEST(Mitsuba, FiltersAndCropsAreTheFilms) {
   EXPECT_EQ(filter("type=\"tent\">"), (FilterShape{.kind = FilterKind::triangle, .radius = vec2(1)}));
   EXPECT_EQ(filter("type=\"gaussian\"><float name=\"stddev\" value=\"0.25\"/>").radius, vec2(1));
   EXPECT_EQ(filter("type=\"catmullrom\">").c, 0.5f);
+  const FilterShape mitchell = filter("type=\"mitchell\"><float name=\"B\" value=\"0.25\"/><float name=\"C\" value=\"0.5\"/>");
+  EXPECT_EQ(mitchell.b, 0.25f);
+  EXPECT_EQ(mitchell.c, 0.5f);
   EXPECT_EQ(filter("type=\"lanczos\">").radius, vec2(3));
   EXPECT_ERROR(film("<rfilter type=\"tend\"/>"), "unknown rfilter 'tend'; did you mean 'tent'");
   EXPECT_ERROR(filter("type=\"gaussian\"><float name=\"stdev\" value=\"1\"/>"),

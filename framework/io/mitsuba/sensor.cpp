@@ -195,8 +195,8 @@ FilterShape MitsubaReader::filter_of(const Properties& of) const {
   } else if (type == "mitchell") {
     shape = {.kind = FilterKind::mitchell,
              .radius = vec2(2),
-             .b = of.number("B", 1.0f / 3, -10, 10),
-             .c = of.number("C", 1.0f / 3, -10, 10)};
+             .b = of.number("b", 1.0f / 3, -10, 10),  // written B and C
+             .c = of.number("c", 1.0f / 3, -10, 10)};
   } else if (type == "catmullrom") {
     shape = {.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0, .c = 0.5f};
   } else if (type == "lanczos") {
