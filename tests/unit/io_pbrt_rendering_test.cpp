@@ -60,6 +60,21 @@ TEST(PbrtRendering, PbrtsOwnAreAccepted) {
   EXPECT_EQ(with("Integrator \"path\" \"integer maxdepth\" 7").max_depth, 7);
 }
 
+TEST(PbrtRendering, OptionsHaveANameAndAValue) {
+  for (const char* accepted :
+       {"Option \"disablepixeljitter\" false", "Option \"disable-texture-filtering\" true", "Option \"seed\" 3",
+        "Option \"mseReferenceImage\" \"a.exr\"", "Option \"displacementedgescale\" 0.5", "Option \"forcediffuse\" false"}) {
+    Scene scene;
+    ASSERT_EQ(error_of([&] { scene = with(accepted); }), "") << accepted;
+    EXPECT_TRUE(scene.warnings.empty()) << accepted << ": " << scene.warnings.front();
+  }
+  EXPECT_TRUE(warns(with("Option \"disablepixeljitter\" true"), "s.pbrt:2:8: Option: 'disablepixeljitter' has no effect"));
+  EXPECT_ERROR(with("Option \"sed\" 1"), "s.pbrt:2:8: unknown option 'sed'; did you mean 'seed'");
+  EXPECT_ERROR(with("Option \"wavefront\" 1"), "s.pbrt:2:20: Option 'wavefront': expected true or false, found '1'");
+  EXPECT_ERROR(with("Option \"seed\" ["), "Option 'seed': expected a value");
+  EXPECT_ERROR(with("Option \"forcediffuse\" true"), "'forcediffuse' is not supported");
+}
+
 TEST(PbrtRendering, WhatWouldChangeTheImageIsTold) {
   EXPECT_TRUE(
       warns(with("Integrator \"volpath\" \"bool regularize\" true"), "s.pbrt:2:22: Integrator: 'regularize' has no effect"));
@@ -81,6 +96,11 @@ TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
   const auto filter = [](const std::string& text) { return with(text).filter->shape(); };
   EXPECT_EQ(with("PixelFilter \"box\"").filter, nullptr);
   EXPECT_EQ(with("").filter, nullptr);
+  EXPECT_EQ(with("Film \"image\"").filter, nullptr);
+  for (const char* film : {"Film \"rgb\"", "Film \"gbuffer\"", "Film \"spectral\""})
+    EXPECT_EQ(filter(film), (FilterShape{.kind = FilterKind::gaussian, .radius = vec2(1.5f), .sigma = 0.5f}))
+        << "by default in version 4";
+  EXPECT_EQ(with("PixelFilter \"box\" Film \"rgb\"").filter, nullptr);
   EXPECT_EQ(filter("PixelFilter \"box\" \"float xwidth\" 1 \"float ywidth\" 2"), (FilterShape{.radius = {1, 2}}));
   EXPECT_EQ(filter("PixelFilter \"mitchell\" \"float B\" 0.25"),
             (FilterShape{.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0.25f}));

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 namespace etendue {
@@ -138,6 +139,7 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
     fail_unknown(where, "film", type, {"rgb", "image", "gbuffer", "spectral"});
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   version3_ = type == "image";
+  has_film_ = true;
   scene_.resolution = {params.integer("xresolution", default_resolution.x, 1, 65536),
                        params.integer("yresolution", default_resolution.y, 1, 65536)};
   read_exposure(params);
@@ -221,11 +223,42 @@ void PbrtReader::color_space(PbrtLexer& lexer, const Token&) {
 }
 
 void PbrtReader::option(PbrtLexer& lexer, const Token& token) {
+  if (const Token name = lexer.peek(); name.kind == TokenKind::string && name.text.find(' ') == std::string_view::npos)
+    return untyped_option(lexer);
   const PbrtParams params(lexer, "Option", lexer.where(token));
   if (params.boolean("forcediffuse", false)) params.fail("forcediffuse", "is not supported");
-  params.ignore({"disablepixeljitter", "disabletexturefiltering", "disablewavelengthjitter", "displacementedgescale",
-                 "msereferenceimage", "msereferenceout", "pixelstats", "rendercoordsys", "seed", "wavefront"});
+  if (params.boolean("disablepixeljitter", false)) warn_of_jitter(params.where("disablepixeljitter"));
+  params.ignore({"disabletexturefiltering", "disablewavelengthjitter", "displacementedgescale", "msereferenceimage",
+                 "msereferenceout", "pixelstats", "rendercoordsys", "seed", "wavefront"});
   params.finish();
+}
+
+// A name and a value, as version 4 reads options. Capitals, - and _ make no difference in names.
+void PbrtReader::untyped_option(PbrtLexer& lexer) {
+  static const std::vector<std::string> names{
+      "disablepixeljitter", "disabletexturefiltering", "disablewavelengthjitter", "forcediffuse",    "pixelstats", "wavefront",
+      "rendercoordsys",     "displacementedgescale",   "msereferenceimage",       "msereferenceout", "seed"};
+  constexpr std::ptrdiff_t of_booleans = 6;
+  const Token written = lexer.next();
+  const Location where = lexer.where(written);
+  std::string name;
+  for (const char c : written.text)
+    if (c != '-' && c != '_') name += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw Error(where, unknown_name("option", name, names));
+  const Token value = lexer.next();
+  const bool is_true = value.text == "true", is_boolean = value.kind == TokenKind::word && (is_true || value.text == "false"),
+             is_value = is_boolean || value.kind == TokenKind::number || value.kind == TokenKind::string;
+  if (found < names.begin() + of_booleans ? !is_boolean : !is_value)
+    throw Error(lexer.where(value),
+                fmt::format("Option '{}': expected {}, found {}", name,
+                            found < names.begin() + of_booleans ? "true or false" : "a value", lexer.describe(value)));
+  if (name == "forcediffuse" && is_true) throw Error(where, "Option: 'forcediffuse' is not supported");
+  if (name == "disablepixeljitter" && is_true) warn_of_jitter(where);
+}
+
+void PbrtReader::warn_of_jitter(const Location& where) {
+  warn(where, "Option: 'disablepixeljitter' has no effect here: rays are spread over each pixel");
 }
 
 }  // namespace etendue

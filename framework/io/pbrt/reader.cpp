@@ -118,8 +118,7 @@ void PbrtReader::finish() {
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
     throw Error(Location{files_.first_file()}, fmt::format("an instance lies beyond {:g} m", farthest));
   check_camera();
-  if (version3_) filter_.radius = glm::mix(filter_.radius, vec2(2), filter_by_version_);
-  scene_.filter = make_pixel_filter(filter_);
+  scene_.filter = make_pixel_filter(filter_of_version());
   expose(emissions);
   finish_scene(scene_, emissions);
 }

@@ -182,6 +182,8 @@ class PbrtReader {
   void film(PbrtLexer& lexer, const Token& token);
   void color_space(PbrtLexer& lexer, const Token& token);
   void option(PbrtLexer& lexer, const Token& token);
+  void untyped_option(PbrtLexer& lexer);
+  void warn_of_jitter(const Location& where);
   void check_camera();
   void take_open_time(float seconds);
   void unscale_camera();
@@ -195,6 +197,7 @@ class PbrtReader {
   void sampler(PbrtLexer& lexer, const Token& token);
   void accelerator(PbrtLexer& lexer, const Token& token);
   void pixel_filter(PbrtLexer& lexer, const Token& token);
+  FilterShape filter_of_version() const;
   void accept_known(PbrtLexer& lexer, const Token& token, std::string_view kind);
   void warn_of_part(const Location& where, const std::string& type);
   void limit_to_direct_light();
@@ -344,7 +347,8 @@ class PbrtReader {
     std::string type;
   };
   std::optional<DirectOnly> direct_only_;  // where an integrator shows no other light
-  FilterShape filter_;
+  bool has_film_ = false;
+  std::optional<FilterShape> filter_;
   glm::bvec2 filter_by_version_{false};  // its radius is that of a Gaussian in the file's version, which the film tells
   std::optional<CameraEntry> camera_;
   std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
