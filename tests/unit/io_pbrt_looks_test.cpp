@@ -275,6 +275,25 @@ TEST(PbrtTextures, ImagesAreDecodedOnce) {
                "s.pbrt:2:35: cannot open");
 }
 
+TEST(PbrtTextures, Version4AsksForTheEncodingOfPngAlone) {
+  const TestDirectory directory;
+  directory.write("a.tga", std::string("\0\0\2\0\0\0\0\0\0\0\0\0\1\0\1\0\x18\0\xbc\xbc\xbc", 21));
+  const auto read = [&](const std::string& film, const std::string& params) {
+    return parse_pbrt(film + " WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.tga\" " + params +
+                          " Material \"diffuse\" \"texture reflectance\" \"t\" " + triangle,
+                      directory.path("s.pbrt"));
+  };
+  const auto texel = [](const Scene& scene) { return std::get<ImageTexture>(scene.textures.at(0)).texels.at(0).x; };
+  const Scene linear = read("", "\"string encoding\" \"linear\"");
+  EXPECT_NEAR(texel(linear), 0.5028865, 1e-6);
+  EXPECT_TRUE(warns(linear, "'encoding' has no effect, as in pbrt-v4"));
+  EXPECT_FALSE(warns(read("", "\"string encoding\" \"sRGB\""), "encoding"));
+  EXPECT_NEAR(texel(read("Film \"image\"", "\"bool gamma\" \"false\"")), 188.0 / 255, 1e-6);
+  EXPECT_TRUE(
+      warns(parse_pbrt("WorldBegin Material \"diffuse\" \"string normalmap\" \"a.tga\" " + triangle, directory.path("s.pbrt")),
+            "the normals of 'a.tga' are its values as they are"));
+}
+
 TEST(PbrtTextures, ImagesStandUprightOverV) {
   // (0, 0) is the lower left corner of the image, whose first row in the file is the uppermost.
   const TestDirectory directory;

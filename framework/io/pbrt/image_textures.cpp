@@ -1,5 +1,6 @@
 // Textures of image files.
 
+#include "framework/io/gzip.h"
 #include "framework/io/image/gamma.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/text.h"
@@ -23,6 +24,11 @@ float read_gamma(const PbrtParams& params) {
   if (!named || !gamma || !(*gamma >= 0.1 && *gamma <= 10))
     params.fail("encoding", fmt::format("is {}; expected sRGB, linear or gamma with a number of 0.1 to 10", quote(encoding)));
   return static_cast<float>(*gamma);
+}
+
+// The integers of such files are sRGB's whatever is asked for; version 4 tells formats by their names.
+bool is_srgb_in_version4(const std::string& file, std::string_view bytes) {
+  return extension_of(file) != ".png" && !holds_floats(bytes);
 }
 
 Wrap read_wrap(const PbrtParams& params) {
@@ -75,9 +81,15 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
                        .gain = params.number("scale", 1, 0),
                        .wrap_u = wrap,
                        .wrap_v = wrap};
-  const float gamma = read_gamma(params);
+  float gamma = read_gamma(params);
   const Location named = params.where("filename");
   const auto bytes = [&] { return files_.read(file, *lexer.file(), named).bytes; };
+  if (!version3_ && gamma != 0 && is_srgb_in_version4(file, bytes())) {
+    warn(params.where("encoding"), fmt::format("'encoding' has no effect, as in pbrt-v4, which asks for it of PNG alone: the "
+                                               "values of '{}' are those of sRGB",
+                                               file));
+    gamma = 0;
+  }
   RgbImage image =
       read_texels([&](Encoding encoding) { return files_.image(file, *lexer.file(), named, encoding); }, bytes, gamma,
                   !of_numbers ? TexelUse::colours

@@ -2,6 +2,8 @@
 // below 0.001 are perfectly smooth, as in version 4.
 
 #include "framework/core/elementary.h"
+#include "framework/io/gzip.h"
+#include "framework/io/image/gamma.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
@@ -146,6 +148,9 @@ void PbrtReader::read_relief(const PbrtParams& params, MaterialEntry& entry) {
     const Location where = params.where("normalmap");
     RgbImage image = files_.image(file, where.file, where, Encoding::linear);
     warn_of_not_finite(image, where, file);
+    if (extension_of(file) != ".png" && !holds_floats(files_.read(file, where.file, where).bytes))
+      warn(where,
+           fmt::format("the normals of '{}' are its values as they are; pbrt-v4 decodes them as sRGB, for it is no PNG", file));
     entry.relief = {Relief::Kind::normals, add_texture(ImageTexture{.size = image.size, .texels = std::move(image.texels)})};
   }
   for (const std::string_view name : {"displacement", "bumpmap"}) {
