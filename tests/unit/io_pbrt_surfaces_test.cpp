@@ -265,6 +265,17 @@ TEST(PbrtTextureFields, OpacityOfLightsAndByThePlaceCutsHoles) {
   EXPECT_FALSE(scene.has_masks());
 }
 
+TEST(PbrtTextureFields, LightsOfNoOpacityShine) {
+  const std::string softbox = "AreaLightSource \"diffuse\" " + plane.substr(0, plane.size() - 1) + " \"float alpha\" 0";
+  for (const std::string film : {"", "Film \"image\" "}) {
+    const std::string text = film + "WorldBegin " + softbox;
+    EXPECT_ERROR(parse_pbrt(text, "s.pbrt"), "a light that is half transparent, or shines and is not seen");
+    const Scene scene = parse_pbrt(text, "s.pbrt", {.approximate = true});
+    ASSERT_EQ(scene.objects[0].shapes.size(), 1u);
+    EXPECT_FALSE(scene.has_masks());
+  }
+}
+
 TEST(PbrtImages, PortableFloatMapsAreRead) {
   const TestDirectory directory;
   const float texels[6] = {0.25f, 0.5f, 0.75f, 1, 0, 0.125f};  // of the lower row, then of the upper

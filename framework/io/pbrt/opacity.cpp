@@ -55,7 +55,6 @@ float PbrtReader::constant_opacity(const PbrtParams& params) {
                 "'alpha': shadows are those of what is seen");
   const float opacity = alpha * entry.constant_opacity;
   if (opacity == 1 || !attributes_.glow || open_definition_) return opacity;
-  if (opacity == 0 && version3_) return 0;
   approximate(params.where(), "a light that is half transparent, or shines and is not seen, is not supported", "an opaque one");
   return 1;
 }
