@@ -220,3 +220,17 @@ TEST(PbrtShapes, ObjectsAreInstancedByName) {
 
 }  // namespace
 }  // namespace etendue
+TEST(PbrtShapes, ObjectsOfANameAreReplacedByLaterOnesInVersion3) {
+  const std::string instance = "ObjectInstance \"o\" ";
+  const Scene scene = parse_pbrt("Film \"image\" WorldBegin ObjectBegin \"o\" " + triangle + "ObjectEnd " + instance +
+                                     "ObjectBegin \"o\" Translate 1 0 0 " + triangle + "ObjectEnd " + instance,
+                                 "s.pbrt");
+  EXPECT_TRUE(warns(scene, "object 'o' is defined again: its later instances are of this one"));
+  ASSERT_EQ(scene.instances.size(), 3u);
+  const auto second_corner = [&](std::size_t index) {
+    const Instance& i = scene.instances[index];
+    return i.to_world.point(scene.objects[i.object].geometry.positions[1]);
+  };
+  expect_near(second_corner(1) + vec3(1, 0, 0), second_corner(2));
+}
+

@@ -317,7 +317,11 @@ void PbrtReader::object_begin(PbrtLexer& lexer, const Token& token) {
   const std::string name = expect_string(lexer, "ObjectBegin");
   if (open_definition_) throw Error(where, "ObjectBegin inside another object");
   const auto [entry, is_new] = definitions_.try_emplace(name);
-  if (!is_new) throw Error(where, fmt::format("object '{}' is defined twice", name));
+  if (!is_new && !version3_) throw Error(where, fmt::format("object '{}' is defined twice", name));
+  if (!is_new) {
+    warn(where, fmt::format("object '{}' is defined again: its later instances are of this one, as in pbrt-v3", name));
+    entry->second = {};
+  }
   push(Block::object, lexer.where(token));
   open_definition_ = &entry->second;
 }
