@@ -28,6 +28,22 @@ TEST(PbrtShapes, TriangleMeshesAreChecked) {
   EXPECT_EQ(scene.objects[0].geometry.triangles.at(2), uvec3(4, 5, 6));
 }
 
+TEST(PbrtShapes, DegenerateTextureCoordinatesAreDiscardedIfAskedInVersion3) {
+  const auto mesh = [](const std::string& film, const std::string& uvs, const std::string& asked) {
+    return parse_pbrt(
+        film + " WorldBegin Shape \"trianglemesh\" \"point P\" [0 0 0  1 0 0  0 1 0] \"normal N\" [0 0 1 0 0 1 0 0 1] " +
+            "\"float uv\" [" + uvs + "] \"bool discarddegenerateUVs\" " + asked,
+        "s.pbrt");
+  };
+  const char* const version3 = "Film \"image\"";
+  const Scene discarded = mesh(version3, "0 0 .5 1 .5 1", "true");
+  EXPECT_FALSE(discarded.objects[0].shapes.at(0).has_uvs);
+  EXPECT_TRUE(warns(discarded, "its texture coordinates are degenerate and left out"));
+  EXPECT_TRUE(mesh(version3, "0 0 .5 1 .5 1", "false").objects[0].shapes.at(0).has_uvs);
+  EXPECT_TRUE(mesh(version3, "0 0 .5 1 .5 .5", "true").objects[0].shapes.at(0).has_uvs);
+  EXPECT_ERROR(mesh("Film \"rgb\"", "0 0 .5 1 .5 1", "true"), "discarddegenerateUVs");
+}
+
 // The geometric normal where a ray straight down meets the scene near the origin.
 vec3 normal_below(const Scene& scene, const vec3& origin) {
   const Ray ray{.origin = origin, .direction = {0, 0, -1}};
@@ -218,8 +234,6 @@ TEST(PbrtShapes, ObjectsAreInstancedByName) {
   EXPECT_ERROR(world("ObjectBegin \"o\" AreaLightSource \"diffuse\" " + triangle + "ObjectEnd"), "cannot emit light");
 }
 
-}  // namespace
-}  // namespace etendue
 TEST(PbrtShapes, ObjectsOfANameAreReplacedByLaterOnesInVersion3) {
   const std::string instance = "ObjectInstance \"o\" ";
   const Scene scene = parse_pbrt("Film \"image\" WorldBegin ObjectBegin \"o\" " + triangle + "ObjectEnd " + instance +
@@ -234,3 +248,5 @@ TEST(PbrtShapes, ObjectsOfANameAreReplacedByLaterOnesInVersion3) {
   expect_near(second_corner(1) + vec3(1, 0, 0), second_corner(2));
 }
 
+}  // namespace
+}  // namespace etendue

@@ -41,6 +41,20 @@ std::ptrdiff_t count_bent(const TriangleMesh& mesh) {
   });
 }
 
+// What 'discarddegenerateUVs' asks for: no texture coordinates where two corners of a triangle of some size have the same ones.
+void discard_degenerate_uvs(TriangleMesh& mesh) {
+  if (mesh.uvs.empty() || mesh.normals.empty()) return;
+  const auto is_degenerate = [&](const uvec3& t) {
+    const vec3 a = mesh.positions[t.x], b = mesh.positions[t.y], c = mesh.positions[t.z];
+    if (0.5f * glm::length(glm::cross(a - b, c - b)) < 1e-7f) return false;
+    const vec2 u = mesh.uvs[t.x], v = mesh.uvs[t.y], w = mesh.uvs[t.z];
+    return u == v || v == w || w == u;
+  };
+  if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), is_degenerate)) return;
+  mesh.uvs.clear();
+  mesh.warnings.emplace_back("its texture coordinates are degenerate and left out, as in pbrt-v3");
+}
+
 }  // namespace
 
 void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
@@ -109,6 +123,7 @@ TriangleMesh PbrtReader::triangle_mesh(const PbrtParams& params) {
   mesh.triangles.reserve(indices.size() / 3);
   for (std::size_t i = 0; i < indices.size(); i += 3) mesh.triangles.emplace_back(indices[i], indices[i + 1], indices[i + 2]);
   params.ignore({"faceIndices"});
+  if (version3_ && params.boolean("discarddegenerateUVs", false)) discard_degenerate_uvs(mesh);
   return mesh;
 }
 
@@ -126,6 +141,7 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
     if (const auto bent = version3_ ? 0 : count_bent(mesh))
       warn(params.where("filename"),
            fmt::format("{} quadrilaterals are bent: two triangles each, where pbrt-v4 has a bilinear patch", bent));
+    if (version3_ && params.boolean("discarddegenerateUVs", false)) discard_degenerate_uvs(mesh);
     place(std::move(mesh), params, "'" + file + "'");
   } catch (const Error& e) {
     throw Error(params.where("filename"), e.what());
