@@ -36,6 +36,8 @@ TEST(PbrtNearest, UberIsWhicheverOfItsLobesItHas) {
   const Plastic smooth = material_of<Plastic>(uber + "\"rgb Ks\" [0 0 0] \"rgb Kr\" [1 1 1] \"float index\" 1.7");
   EXPECT_EQ(smooth.alpha, 0);
   EXPECT_NEAR(smooth.eta, 1.7f, 1e-4f);
+  EXPECT_EQ(material_of<Diffuse>(uber + "\"float index\" 1 \"rgb Kr\" [1 1 1]").reflectance.constant, Rgb(0.25f));
+  EXPECT_ERROR(material_of<Plastic>(uber + "\"float index\" 0.9"), "expected 1 to 10");
   const Dielectric glass =
       material_of<Dielectric>(uber + "\"rgb Kd\" [0 0 0] \"rgb Ks\" [0 0 0] \"rgb Kr\" [1 1 1] \"rgb Kt\" [.5 1 1]");
   EXPECT_EQ(glass.transmit_tint, Rgb(0.5f, 1, 1));

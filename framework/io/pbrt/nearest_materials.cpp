@@ -133,7 +133,7 @@ Material PbrtReader::make_plastic(const PbrtParams& params, MaterialEntry& entry
 Material PbrtReader::make_uber(const PbrtParams& params, MaterialEntry& entry) {
   const Rgb reflected = colour(params, "Kr", Rgb(0), ColourUse::reflectance);
   const Rgb refracted = colour(params, "Kt", Rgb(0), ColourUse::reflectance);
-  const float eta = refractive_index(params, 1.0001f), strength = specular_strength(params, "Ks", 0.25f);
+  const float eta = refractive_index(params, 1), strength = specular_strength(params, "Ks", 0.25f);
   const float alpha = isotropic_alpha(params, 0.1f, true);
   if (const auto name = params.texture("opacity")) {
     entry.opacity = field_operand(params, "opacity", Rgb(1), spectrum_textures_);
@@ -153,11 +153,12 @@ Material PbrtReader::make_uber(const PbrtParams& params, MaterialEntry& entry) {
                   "glass of Kr and Kt: its diffuse part is missing");
     params.ignore({"Kd"});
     Dielectric glass;
-    glass.eta = eta;
+    glass.eta = std::max(eta, 1.0001f);
     glass.reflect_tint = reflected;
     glass.transmit_tint = refracted;
     return glass;
   }
+  if (eta < 1.0001f) return Diffuse{textured_colour(params, "Kd", Rgb(0.25f), entry)};  // nothing is reflected
   const float ideal = mean_component(reflected);
   if (ideal > 0 && strength > 0)
     approximate(params.where("Kr"), "'Kr' beside Ks: a coat is either smooth or rough",
