@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 namespace etendue {
@@ -20,9 +19,7 @@ std::string extension_of(const std::string& path) {
   const std::filesystem::path file(path);
   std::string extension = file.extension().string();
   if (extension == ".gz") extension = file.stem().extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return in_lower_case(std::move(extension));
 }
 
 std::string gunzip(std::string_view bytes, const std::string& name) {
@@ -51,8 +48,7 @@ std::string gunzip(std::string_view bytes, const std::string& name) {
     stream.avail_out = room;
     const int status = inflate(&stream, Z_NO_FLUSH);
     used += room - stream.avail_out;
-    if (used > limit)
-      fail(fmt::format("it grows to more than {} MiB and {} times its size", least_limit >> 20, most_times));
+    if (used > limit) fail(fmt::format("it grows to more than {} MiB and {} times its size", least_limit >> 20, most_times));
     if (status == Z_STREAM_END) {
       const std::string_view rest = bytes.substr(bytes.size() - stream.avail_in);
       if (is_gzip(rest) && inflateReset(&stream) == Z_OK) continue;

@@ -17,13 +17,17 @@ TEST(MitsubaBsdfs, AreReadAsOurs) {
           "<bsdf type=\"dielectric\"><string name=\"intIOR\" value=\"water\"/><float name=\"extIOR\" value=\"1\"/></bsdf>")
           .eta,
       1.333f, 1e-4);
+  const std::string in_capitals =
+      "<bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"BK7\"/><string name=\"ext_ior\" value=\"Vacuum\"/></bsdf>";
+  EXPECT_NEAR(material_of<Dielectric>(in_capitals).eta, 1.5046f, 1e-4);
   EXPECT_TRUE(material_of<Conductor>("<bsdf type=\"conductor\"/>").ideal) << "version 3";
   EXPECT_EQ(material_of<Conductor>("<bsdf type=\"conductor\"><string name=\"material\" value=\"Au\"/></bsdf>").eta,
             metals()[2].eta);
   const auto rough = material_of<Conductor>(
-      "<bsdf type=\"twosided\"><bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"ggx\"/><float "
+      "<bsdf type=\"twosided\"><bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"GGX\"/><float "
       "name=\"alphaU\" value=\"0.2\"/><float name=\"alphaV\" value=\"0.1\"/></bsdf></bsdf>");
   EXPECT_EQ(rough.alpha, vec2(0.2f, 0.1f));
+  EXPECT_EQ(rough.distribution, NormalDistribution::ggx) << "in capitals";
   EXPECT_EQ(material_of<Conductor>("<bsdf type=\"roughconductor\"/>").alpha, vec2(0.1f));
   EXPECT_ERROR(material_of<Conductor>("<bsdf type=\"conductor\"><string name=\"material\" value=\"Aq\"/></bsdf>"),
                "unknown metal 'Aq'");

@@ -39,7 +39,7 @@ TEST(MitsubaCamera, FieldOfViewFollowsItsAxis) {
   const std::string fov = "<float name=\"fov\" value=\"60\"/>";
   const float edge = std::tan(pi / 6);
   EXPECT_NEAR(half_width(fov), edge, 1e-5);
-  EXPECT_NEAR(half_width(fov + "<string name=\"fov_axis\" value=\"y\"/>"), 2 * edge, 1e-5);
+  EXPECT_NEAR(half_width(fov + "<string name=\"fov_axis\" value=\"Y\"/>"), 2 * edge, 1e-5);
   EXPECT_NEAR(half_width(fov + "<string name=\"fovAxis\" value=\"smaller\"/>"), 2 * edge, 1e-5);
   EXPECT_NEAR(half_width(fov + "<string name=\"fov_axis\" value=\"diagonal\"/>"), edge * 2 / std::sqrt(5.0f), 1e-5);
   EXPECT_NEAR(half_width("<string name=\"focal_length\" value=\"50mm\"/>"),

@@ -183,9 +183,10 @@ float MitsubaReader::refractive_index(const Properties& of, std::string_view nam
   const XmlElement* element = of.element(name);
   if (element && element->tag != "string") return number(of, name, 1.5f, 0.1f, 10);
   const std::string wanted = of.string(name, otherwise);
+  const std::string lower_case = in_lower_case(wanted);
   std::vector<std::string> names;
   for (const NamedIndex& index : indices) {
-    if (index.name == wanted) return index.eta;
+    if (index.name == lower_case) return index.eta;
     names.emplace_back(index.name);
   }
   throw Error(of.where(name), fmt::format("{}: {}", of.title(), unknown_name("material", wanted, names)));
@@ -204,7 +205,7 @@ MitsubaReader::Roughness MitsubaReader::roughness(const Properties& of, bool rou
   const float both = number(of, "alpha", otherwise, 0, 10);
   const vec2 alpha(number(of, "alpha_u", both, 0, 10), number(of, "alpha_v", both, 0, 10));
   of.ignore({"sample_visible"});
-  const std::string distribution = of.string("distribution", "beckmann");
+  const std::string distribution = in_lower_case(of.string("distribution", "beckmann"));
   if (distribution != "beckmann" && distribution != "ggx" && distribution != "phong" && distribution != "as")
     throw Error(
         of.where("distribution"),

@@ -82,7 +82,7 @@ void MitsubaReader::read_sensor(const XmlElement& element) {
 // The angle is across the width unless fov_axis says otherwise; a focal length is that of 35 mm film, across its diagonal.
 float MitsubaReader::field_of_view(const Properties& of) const {
   const vec2 size(scene_.resolution);
-  std::string axis = of.string("fov_axis", "x");
+  std::string axis = in_lower_case(of.string("fov_axis", "x"));
   float angle = of.number("fov", 0, 1e-3f, 179.9f) * degrees;
   if (!of.has("fov")) {
     std::string length = of.string("focal_length", "50mm");

@@ -103,7 +103,7 @@ MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
   const float gamma = of.number("gamma", -1, -1, 10);
   const bool raw = of.boolean("raw", gamma == 1), has_gamma = gamma != -1 && gamma != 1;
   if (has_gamma && gamma < 0.1f) of.fail("gamma", fmt::format("is {:g}; expected -1 (sRGB), or 0.1 to 10", gamma));
-  const std::string channel = of.string("channel", "all");
+  const std::string channel = in_lower_case(of.string("channel", "all"));
   const bool of_alpha = channel == "a";
   const std::size_t component = std::string_view("rgb").find(channel);
   const bool is_one = channel.size() == 1 && component < 3;
