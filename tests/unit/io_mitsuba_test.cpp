@@ -93,8 +93,11 @@ TEST(MitsubaCamera, OthersAreRefusedOrApproximated) {
     EXPECT_ERROR(read(bent), "supported") << property;
     EXPECT_TRUE(warns(approximated(bent), "thinlens")) << property;
   }
-  EXPECT_ERROR(read("<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"true\"/></integrator>"),
-               "'hide_emitters' is not supported");
+  const std::string hiding = "<integrator type=\"path\"><boolean name=\"hide_emitters\" value=\"true\"/></integrator>";
+  const std::string lamp = "<shape type=\"rectangle\"><emitter type=\"area\"/></shape>";
+  for (const std::string& seen : {std::string("<emitter type=\"constant\"/>"), lamp})
+    EXPECT_ERROR(read(hiding + seen), "s.xml:2:25: integrator \"path\": 'hide_emitters' is not supported");
+  EXPECT_EQ(read(hiding + rectangle + "<emitter type=\"point\"/>").lights.size(), 1u) << "which is not seen in any case";
   EXPECT_ERROR(read("<sensor type=\"perspectiv\"/>"), "s.xml:2:15: unknown sensor 'perspectiv'; did you mean 'perspective'");
 }
 

@@ -52,6 +52,7 @@ void MitsubaReader::finish() {
   scene_.objects[0] = world_.parts[0].builder.take(&emissions);
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn(whole, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn(whole, "the scene has no lights");
+  check_hidden_emitters(!emissions.empty());
   warn_of_clipping();
   if (one_sided_ > 0)
     warn(*first_one_sided_, fmt::format("{} shapes have a bsdf without twosided, which is black from behind in Mitsuba; here "

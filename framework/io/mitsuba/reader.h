@@ -112,6 +112,7 @@ class MitsubaReader {
   void crop(const Properties& of);
   void integrator(const XmlElement& element);
 
+  void check_hidden_emitters(bool has_area_lights);
   // clipping.cpp
   void keep_clipping(const Properties& of);  // of the sensor that was read last
   void warn_of_clipping();
@@ -235,6 +236,11 @@ class MitsubaReader {
   std::vector<Clipping> clippings_;
   LeftOutTriangles left_out_;
   Group world_{.parts = std::vector<Part>(1), .in_world = true};
+  struct HiddenEmitters {
+    Location where;
+    std::string integrator;
+  };
+  std::optional<HiddenEmitters> hides_emitters_;
   std::map<const XmlElement*, Group> groups_;
   // How many objects are being read, each for the one before it: a chain of references must end.
   class Nesting {

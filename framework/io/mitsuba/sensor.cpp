@@ -238,10 +238,16 @@ void MitsubaReader::integrator(const XmlElement& element) {
     warn(element.where("type"),
          fmt::format("integrator '{}' is not one of Mitsuba's light transport; here every method computes all of it",
                      of.type()));
-  if (of.boolean("hide_emitters", false))
-    approximate(of.where("hide_emitters"), fmt::format("{}: 'hide_emitters' is not supported", of.title()),
-                "false: they are seen");
+  if (of.boolean("hide_emitters", false)) hides_emitters_ = HiddenEmitters{of.where("hide_emitters"), of.title()};
   of.finish_but_for_others();
+}
+
+// Lights of no extent are not seen in any case.
+void MitsubaReader::check_hidden_emitters(bool has_area_lights) {
+  const auto is_environment = [](const Light& light) { return std::holds_alternative<EnvironmentLight>(light); };
+  if (hides_emitters_ && (has_area_lights || std::ranges::any_of(scene_.lights, is_environment)))
+    approximate(hides_emitters_->where, fmt::format("{}: 'hide_emitters' is not supported", hides_emitters_->integrator),
+                "false: they are seen");
 }
 
 }  // namespace etendue
