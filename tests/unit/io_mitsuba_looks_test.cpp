@@ -69,6 +69,22 @@ TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
                     "taken as nothing"));
 }
 
+TEST(MitsubaBsdfs, TooBrightReflectancesAreScaledBeforeVersion2) {
+  const auto reflectance = [](const std::string& name, const std::string& version) {
+    return material_of<Diffuse>("<bsdf type=\"diffuse\"><rgb name=\"" + name + "\" value=\"2 1 .5\"/></bsdf>", version)
+        .reflectance.constant;
+  };
+  expect_near(reflectance("reflectance", "0.6.0"), {0.99f, 0.495f, 0.2475f});
+  expect_near(reflectance("diffuseReflectance", "0.6.0"), {0.99f, 0.495f, 0.2475f});
+  expect_near(reflectance("reflectance", "3.0.0"), {1, 1, 0.5f});
+  EXPECT_ERROR(reflectance("diffuseReflectance", "3.0.0"), "unknown property 'diffuseReflectance'");
+  const std::string checks =
+      "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><boolean name=\"ensureEnergyConservation\" value=\"true\"/>"
+      "<texture type=\"checkerboard\" name=\"reflectance\"><rgb name=\"color0\" value=\"0.5\"/>"
+      "<rgb name=\"color1\" value=\"1\"/></texture></bsdf></shape>";
+  EXPECT_EQ(std::get<CheckerTexture>(read(checks, "0.6.0").textures.at(0)).odd, Rgb(1)) << "no brighter than 1";
+}
+
 TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
   const auto mask = [](const std::string& opacity) {
     return "<bsdf type=\"mask\"><bsdf type=\"diffuse\"/>" + opacity + "</bsdf>";

@@ -124,6 +124,7 @@ std::uint32_t MitsubaReader::bsdf(const XmlElement& element) {
     const Nesting nesting(*this, element);
     const Properties of = properties(element);
     MaterialEntry made = (this->*find_type(bsdf_types(), of).handler)(of);
+    if (version0()) of.ignore({"ensure_energy_conservation"});
     of.finish();
     materials_.push_back(std::move(made));
     bsdfs_[&element] = static_cast<std::uint32_t>(materials_.size() - 1);
@@ -168,7 +169,9 @@ std::uint32_t MitsubaReader::scene_material(MaterialEntry& entry) {
 
 MitsubaReader::MaterialEntry MitsubaReader::diffuse(const Properties& of) {
   MaterialEntry entry;
-  entry.material = Diffuse{reflectance(of, "reflectance", Rgb(0.5f), entry.textured)};
+  // Before version 2 the name may be that of other bsdfs.
+  const bool by_other_name = version0() && of.has("diffuse_reflectance") && !of.has("reflectance");
+  entry.material = Diffuse{reflectance(of, by_other_name ? "diffuse_reflectance" : "reflectance", Rgb(0.5f), entry.textured)};
   return entry;
 }
 

@@ -167,8 +167,9 @@ Rgb MitsubaReader::read_colour(const XmlElement& element, ColourUse use) {
   if (element.tag == "srgb") colour = decoded(colour);
   const float most = use == ColourUse::light ? 1e12f : use == ColourUse::index ? 1000 : 1;
   if (use == ColourUse::reflectance && max_component(colour) > 1) {
-    warn(element.where(),
-         fmt::format("{}: reaches {:.4g}, more than a surface can reflect: clamped to 1", element.tag, max_component(colour)));
+    warn(element.where(), fmt::format("{}: reaches {:.4g}, more than a surface can reflect: {}", element.tag,
+                                      max_component(colour), how_reflectance_is_limited()));
+    colour *= version0() ? 0.99f / max_component(colour) : 1;
     colour = glm::min(colour, Rgb(1));
   }
   for (int c = 0; c < 3; ++c)

@@ -210,6 +210,9 @@ class MitsubaReader {
   // emitters.cpp
   void emitter(const XmlElement& element);
   void point(const Properties& of);
+  std::string_view how_reflectance_is_limited() const {
+    return version0() ? "scaled to reach 0.99, as Mitsuba does" : "clamped to 1";
+  }
   void spot(const Properties& of);
   void directional(const Properties& of);
   void constant(const Properties& of);

@@ -219,12 +219,13 @@ TexturedRgb MitsubaReader::reflectance(const Properties& of, std::string_view na
   TexturedRgb result;
   if (is_new) {
     float most = 0;
-    for_each_colour(std::get<Texture>(value), [&](Rgb& c) {
-      most = std::max(most, max_component(c));
-      c = summed(glm::clamp(c, Rgb(0), Rgb(1)));
-    });
-    if (most > 1 + 1e-4f)
-      warn(element->where(), fmt::format("texture: reaches {:.4g}, more than a surface can reflect: clamped to 1", most));
+    for_each_colour(std::get<Texture>(value), [&](Rgb& c) { most = std::max(most, max_component(c)); });
+    const bool too_bright = most > 1 + 1e-4f;
+    const float scale = too_bright && version0() ? 0.99f / most : 1;
+    for_each_colour(std::get<Texture>(value), [&](Rgb& c) { c = summed(glm::clamp(scale * c, Rgb(0), Rgb(1))); });
+    if (too_bright)
+      warn(element->where(),
+           fmt::format("texture: reaches {:.4g}, more than a surface can reflect: {}", most, how_reflectance_is_limited()));
     entry->second = add_texture(std::move(std::get<Texture>(value)));
   }
   result.texture = entry->second;
