@@ -219,16 +219,58 @@ TEST(ExportedScenes, MitsubasRarerTypesHaveAnswers) {
   const auto plain =
       mts::material_of<Plastic>("<bsdf type=\"principled\"><float name=\"specular\" value=\"0\"/></bsdf>", "3.0.0", true);
   EXPECT_NEAR(static_cast<float>(plain.eta), 1, 0.01f);
+}
+
+// Two faces with an edge in common, each with vertices of its own.
+std::string bent_obj(const std::string& between) {
+  return "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n" + between + "v 1 0 0\nv 1 0 1\nv 1 1 1\nv 1 1 0\nf -4 -3 -2 -1\n";
+}
+
+TEST(ExportedScenes, PartsOfObjFilesAreSmoothByThemselvesBeforeVersion2) {
   const TestDirectory directory;
-  directory.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  const std::string two = directory.write(
-      "s.xml",
-      mts::scene_text("<shape type=\"obj\"><string name=\"filename\" value=\"m.obj\"/><bsdf type=\"conductor\" name=\"a\"/>"
-                      "<bsdf type=\"diffuse\" name=\"b\"/></shape>",
-                      "0.6.0"));
-  EXPECT_ERROR(load_scene(two), "has a bsdf for each material that its file names");
-  const Scene scene = load_scene(two, {}, {.approximate = true});
-  EXPECT_TRUE(std::holds_alternative<Conductor>(scene.materials.at(0)));
+  const auto normal = [&](const std::string& between, const std::string& version, const std::string& more = "") {
+    directory.write("m.obj", bent_obj(between));
+    const Scene scene = load_scene(directory.write(
+        "s.xml",
+        mts::scene_text("<shape type=\"obj\"><string name=\"filename\" value=\"m.obj\"/>" + more + "</shape>", version)));
+    const Object& object = scene.objects[0];
+    return object.normals.empty() ? vec3(0) : object.normals.at(1);
+  };
+  expect_near(normal("", "0.6.0"), glm::normalize(vec3(-1, 0, 1)));
+  for (const char* between : {"g b\n", "usemtl b\n"}) {
+    expect_near(normal(between, "0.6.0"), vec3(0, 0, 1));
+    expect_near(normal(between, "0.6.0", "<boolean name=\"collapse\" value=\"true\"/>"), glm::normalize(vec3(-1, 0, 1)));
+  }
+  expect_near(normal("o b\n", "0.6.0"), glm::normalize(vec3(-1, 0, 1)));
+  expect_near(normal("", "3.0.0"), vec3(0, 0, 1));
+  EXPECT_EQ(normal("", "0.6.0", "<boolean name=\"faceNormals\" value=\"true\"/>"), vec3(0));
+}
+
+TEST(ExportedScenes, BsdfsHaveTheNamesOfMaterialsBeforeVersion2) {
+  const TestDirectory directory;
+  directory.write("m.obj", "mtllib m.mtl\nusemtl old glass\n" + bent_obj("g x\nusemtl wall\n"));
+  const auto text = [](const std::string& bsdfs, const std::string& version) {
+    return mts::scene_text("<shape type=\"obj\"><string name=\"filename\" value=\"m.obj\"/>" + bsdfs + "</shape>", version);
+  };
+  const auto materials = [&](const std::string& bsdfs) {
+    const Scene scene = load_scene(directory.write("s.xml", text(bsdfs, "0.5.0")));
+    std::string kinds;
+    for (const Shape& shape : scene.objects[0].shapes)
+      kinds += std::holds_alternative<Conductor>(scene.materials.at(shape.material))    ? "metal "
+               : std::holds_alternative<Dielectric>(scene.materials.at(shape.material)) ? "glass "
+                                                                                        : "diffuse ";
+    return kinds;
+  };
+  const std::string glass = "<bsdf type=\"dielectric\" name=\"old glass\"/>", wall = "<bsdf type=\"conductor\" name=\"wall\"/>";
+  EXPECT_EQ(materials(glass + wall), "glass metal ");
+  EXPECT_EQ(materials(wall), "diffuse metal ");
+  EXPECT_EQ(materials("<bsdf type=\"dielectric\"/>" + wall), "glass metal ") << "the one without a name is for all";
+  const std::string other = "<bsdf type=\"conductor\" name=\"bsdf\"/>";
+  EXPECT_EQ(materials(other), "metal metal ");
+  const Scene warned = load_scene(directory.path("s.xml"));
+  EXPECT_TRUE(warns(warned, "no face of 'm.obj' is of the material 'bsdf'"));
+  EXPECT_ERROR(load_scene(directory.write("s.xml", text(glass + wall, "3.0.0"))), "has 2 bsdfs; expected one");
+  EXPECT_ERROR(load_scene(directory.write("s.xml", text(wall + "<emitter type=\"area\"/>", "0.5.0"))), "lets none emit light");
 }
 
 }  // namespace

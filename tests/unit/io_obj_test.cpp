@@ -105,8 +105,27 @@ TEST(ObjReader, LastSlashesMayStandForNothing) {
   EXPECT_EQ(parse_obj(three + "f 1/1/ 2/2/ 3/3/", "m.obj").uvs.at(2), vec2(0, 1));
 }
 
+TEST(ObjReader, PartsHaveTheirMaterials) {
+  const std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl  old glass \ng a\ng b\nf 1 2 3\nf 1 3 2\n"
+      "g c\nf 1/1 2/1 3/1\nusemtl # none\nf 1 2 3\nusemtl d\n";
+  const std::vector<ObjPart> parts = parse_obj_parts(text, "m.obj", true);
+  ASSERT_EQ(parts.size(), 3u);
+  EXPECT_EQ(parts[0].material, "old glass");
+  EXPECT_EQ(parts[0].mesh.triangles.size(), 2u);
+  EXPECT_EQ(parts[0].mesh.positions.size(), 3u);
+  EXPECT_EQ(parts[1].material, "old glass");
+  EXPECT_TRUE(parts[0].mesh.uvs.empty());
+  EXPECT_FALSE(parts[1].mesh.uvs.empty());
+  EXPECT_EQ(parts[2].material, "");
+  EXPECT_EQ(parse_obj_parts(text, "m.obj", false).size(), 1u);
+  EXPECT_ERROR(parse_obj_parts("g a\n", "m.obj", true), "m.obj: no faces");
+}
+
 TEST(ObjReader, DamagedFilesNeitherCrashNorHang) {
   damage(quad_obj, 4000, [](const std::string& text) { parse_obj(text, "m.obj"); });
+  damage("g a\n" + quad_obj + "usemtl b c \nf 1 2 3\n", 4000,
+         [](const std::string& text) { parse_obj_parts(text, "m.obj", true); });
 }
 
 const std::string blocks_smf =

@@ -2,6 +2,7 @@
 // no use here. So the text is checked first, line by line, and everything but v, vt, vn, f and fo lines is blanked out before
 // the loader sees it. Blanking keeps every byte's place, so that places in messages are those of the file. Numbers are kept
 // from the check too: the loader's are not correctly rounded, and its 0e999 is NaN. It triangulates, and resolves indices.
+// Where parts are kept apart, lines of smoothing groups, which say nothing here, take their numbers to the triangles.
 
 #include "framework/io/mesh/obj.h"
 
@@ -15,6 +16,8 @@
 #include <array>
 #include <charconv>
 #include <istream>
+#include <map>
+#include <optional>
 #include <streambuf>
 
 namespace etendue {
@@ -66,6 +69,18 @@ class Checker {
   const std::vector<vec3>& uvs() const { return values_[1]; }
   const std::vector<vec3>& normals() const { return values_[2]; }
   bool names_materials() const { return names_materials_; }
+  // The material of each part; a part that has no faces keeps its number.
+  const std::vector<std::string>& materials() const { return materials_; }
+  std::string text_with_part_numbers() const {
+    std::string marked;
+    std::size_t from = 0;
+    for (std::size_t part = 1; part < materials_.size(); ++part) {
+      marked += std::string_view(text_).substr(from, part_starts_[part] - from);
+      marked += fmt::format("s {}\n", part);
+      from = part_starts_[part];
+    }
+    return marked + text_.substr(from);
+  }
 
  private:
   struct Reference {
@@ -143,8 +158,16 @@ class Checker {
 
   void blank_line(std::string_view keyword) {
     names_materials_ |= keyword == "usemtl" || keyword == "mtllib";
-    const std::size_t begin = word_;
+    const std::size_t begin = word_, of_keyword = keyword.size();
+    const bool of_part = keyword == "g", of_material = keyword == "usemtl";
     while (!next().empty()) {
+    }
+    if (of_part || of_material) {
+      part_starts_.push_back(begin);
+      std::string rest = text_.substr(begin + of_keyword, words_.offset() - begin - of_keyword);
+      rest.erase(0, rest.find_first_not_of(" \t"));
+      rest.erase(rest.find_last_not_of(" \t") + 1);
+      materials_.push_back(of_material ? std::move(rest) : std::string(materials_.back()));
     }
     std::fill(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.begin() + static_cast<std::ptrdiff_t>(words_.offset()),
               ' ');
@@ -159,6 +182,8 @@ class Checker {
   std::array<Reference, 3> largest_{};
   std::size_t triangles_ = 0;
   bool names_materials_ = false;
+  std::vector<std::string> materials_{""};
+  std::vector<std::size_t> part_starts_{0};
 };
 
 // A stream over bytes that live elsewhere.
@@ -203,14 +228,40 @@ class VertexTable {
   std::vector<tinyobj::index_t> corners_;
 };
 
-}  // namespace
+// Vertices of the same place, normal and texture coordinates are one.
+class EqualVertices {
+ public:
+  explicit EqualVertices(const Checker& text) : text_(text) {}
 
-TriangleMesh parse_obj(std::string text, const std::string& name) {
-  const std::string original = text;
-  join_lines(text);
-  Checker checker(text, original, name);
-  checker.check();
+  void begin(TriangleMesh& mesh) {
+    mesh_ = &mesh;
+    vertices_.clear();
+  }
+  std::uint32_t vertex(const tinyobj::index_t& corner) {
+    const auto at = [](const std::vector<vec3>& values, int index) {
+      return index < 0 ? vec3(0) : values[static_cast<std::size_t>(index)];
+    };
+    const vec3 p = at(text_.positions(), corner.vertex_index), n = at(text_.normals(), corner.normal_index);
+    const vec2 uv(at(text_.uvs(), corner.texcoord_index));
+    const auto [entry, is_new] =
+        vertices_.try_emplace({p.x, p.y, p.z, n.x, n.y, n.z, uv.x, uv.y}, static_cast<std::uint32_t>(vertices_.size()));
+    if (is_new) {
+      mesh_->positions.push_back(p);
+      mesh_->normals.push_back(n);
+      mesh_->uvs.push_back(uv);
+    }
+    return entry->second;
+  }
 
+ private:
+  const Checker& text_;
+  TriangleMesh* mesh_ = nullptr;
+  std::map<std::array<float, 8>, std::uint32_t> vertices_;
+};
+
+// Calls `take(corners, part)` for each triangle.
+template <class Take>
+void load_triangles(std::string text, const std::string& name, const Take& take) {
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;
   std::vector<tinyobj::material_t> materials;
@@ -218,25 +269,77 @@ TriangleMesh parse_obj(std::string text, const std::string& name) {
   ViewBuffer buffer(text);
   std::istream stream(&buffer);
   if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &stream)) throw Error(Location{name}, error);
-
-  TriangleMesh mesh;
-  mesh.triangles.reserve(checker.triangles());
-  VertexTable table(checker, mesh);
   for (const tinyobj::shape_t& shape : shapes) {
     const auto& corners = shape.mesh.indices;
     CHECK_EQ(corners.size() % 3, 0u);
-    for (std::size_t i = 0; i < corners.size(); i += 3) {
-      const std::uint32_t a = table.vertex(corners[i]), b = table.vertex(corners[i + 1]);
-      mesh.triangles.emplace_back(a, b, table.vertex(corners[i + 2]));
-    }
+    CHECK_EQ(corners.size() / 3, shape.mesh.smoothing_group_ids.size());
+    for (std::size_t i = 0; i < corners.size(); i += 3) take(&corners[i], shape.mesh.smoothing_group_ids[i / 3]);
   }
-  if (mesh.triangles.empty()) throw Error(Location{name}, "no faces: every polygon is degenerate");
-  if (mesh.triangles.size() < checker.triangles())
-    mesh.warnings.push_back(fmt::format("{}: {} triangles of degenerate polygons were left out", name,
-                                        checker.triangles() - mesh.triangles.size()));
+}
+
+void warn_of_left_out(const Checker& checker, std::size_t triangles, const std::string& name, TriangleMesh& mesh) {
+  if (triangles == 0) throw Error(Location{name}, "no faces: every polygon is degenerate");
+  if (triangles < checker.triangles())
+    mesh.warnings.push_back(
+        fmt::format("{}: {} triangles of degenerate polygons were left out", name, checker.triangles() - triangles));
   if (checker.names_materials()) mesh.warnings.push_back(name + ": the materials it names are not read");
+}
+
+}  // namespace
+
+TriangleMesh parse_obj(std::string text, const std::string& name) {
+  const std::string original = text;
+  join_lines(text);
+  Checker checker(text, original, name);
+  checker.check();
+  TriangleMesh mesh;
+  mesh.triangles.reserve(checker.triangles());
+  VertexTable table(checker, mesh);
+  load_triangles(std::move(text), name, [&](const tinyobj::index_t* corners, unsigned) {
+    const std::uint32_t a = table.vertex(corners[0]), b = table.vertex(corners[1]);
+    mesh.triangles.emplace_back(a, b, table.vertex(corners[2]));
+  });
+  warn_of_left_out(checker, mesh.triangles.size(), name, mesh);
   mend_attributes(mesh, name);
   return mesh;
+}
+
+std::vector<ObjPart> parse_obj_parts(std::string text, const std::string& name, bool apart) {
+  const std::string original = text;
+  join_lines(text);
+  Checker checker(text, original, name);
+  checker.check();
+  std::vector<ObjPart> parts;
+  EqualVertices vertices(checker);
+  std::optional<unsigned> current;
+  bool has_normals = false, has_uvs = false;
+  std::size_t triangles = 0;
+  const auto end_part = [&] {
+    if (!has_normals) parts.back().mesh.normals.clear();
+    if (!has_uvs) parts.back().mesh.uvs.clear();
+    mend_attributes(parts.back().mesh, name);
+    has_normals = has_uvs = false;
+  };
+  load_triangles(apart ? checker.text_with_part_numbers() : text, name, [&](const tinyobj::index_t* corners, unsigned part) {
+    if (current != part) {
+      if (current) end_part();
+      current = part;
+      parts.push_back({checker.materials().at(part), {}});
+      vertices.begin(parts.back().mesh);
+    }
+    uvec3 triangle;
+    for (int i = 0; i < 3; ++i) {
+      triangle[i] = vertices.vertex(corners[i]);
+      has_normals |= corners[i].normal_index >= 0;
+      has_uvs |= corners[i].texcoord_index >= 0;
+    }
+    parts.back().mesh.triangles.push_back(triangle);
+    ++triangles;
+  });
+  if (parts.empty()) parts.emplace_back();
+  end_part();
+  warn_of_left_out(checker, triangles, name, parts.front().mesh);
+  return parts;
 }
 
 TriangleMesh read_obj(const std::string& path) { return parse_obj(read_file(path), path); }

@@ -4,6 +4,7 @@
 #include "framework/io/mesh/mesh.h"
 
 #include <string>
+#include <vector>
 
 namespace etendue {
 
@@ -12,5 +13,12 @@ namespace etendue {
 // and on a file without faces.
 TriangleMesh read_obj(const std::string& path);
 TriangleMesh parse_obj(std::string text, const std::string& name);
+
+struct ObjPart {
+  std::string material;  // as `usemtl` names it
+  TriangleMesh mesh;     // with one vertex for all that are equal, whatever their numbers
+};
+// The parts that lines g and usemtl set apart, as Mitsuba 0.6 reads them; one of all faces unless `apart`. Throws as parse_obj.
+std::vector<ObjPart> parse_obj_parts(std::string text, const std::string& name, bool apart);
 
 }  // namespace etendue

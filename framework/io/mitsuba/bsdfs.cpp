@@ -145,10 +145,7 @@ MitsubaReader::MaterialEntry& MitsubaReader::nested_bsdf(const Properties& of, s
 // Version 0's shapes without a bsdf are diffuse too.
 std::uint32_t MitsubaReader::material_of(const Properties& shape) {
   const auto found = shape.objects({"bsdf"});
-  if (found.size() > 1 && shape.type() == "obj")
-    approximate(found[1]->where(), fmt::format("{}: has a bsdf for each material that its file names", shape.title()),
-                "the first on all of it");
-  else if (found.size() > 1)
+  if (found.size() > 1)
     throw Error(found[1]->where(), fmt::format("{}: has {} bsdfs; expected one", shape.title(), found.size()));
   if (!found.empty()) return bsdf(*found[0]);
   materials_.emplace_back();

@@ -175,6 +175,21 @@ std::vector<const XmlElement*> Properties::objects(std::initializer_list<std::st
   return found;
 }
 
+bool Properties::has_object(std::initializer_list<std::string_view> tags) const {
+  return std::ranges::any_of(
+      entries_, [&](const Entry& entry) { return std::find(tags.begin(), tags.end(), entry.meant->tag) != tags.end(); });
+}
+
+std::vector<std::pair<std::string, const XmlElement*>> Properties::named_objects(std::string_view tag) const {
+  std::vector<std::pair<std::string, const XmlElement*>> found;
+  for (const Entry& entry : entries_)
+    if (entry.meant->tag == tag) {
+      entry.used = true;
+      found.emplace_back(entry.written->value("name"), entry.meant);
+    }
+  return found;
+}
+
 void Properties::ignore(std::initializer_list<std::string_view> names) const {
   for (const std::string_view name : names) find(name);
 }

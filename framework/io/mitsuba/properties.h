@@ -50,6 +50,10 @@ class Properties {
   // The objects with one of these tags that no property names, references followed.
   std::vector<const XmlElement*> objects(std::initializer_list<std::string_view> tags) const;
 
+  bool has_object(std::initializer_list<std::string_view> tags) const;
+  // Those with this tag and their names as they are written, references followed.
+  std::vector<std::pair<std::string, const XmlElement*>> named_objects(std::string_view tag) const;
+
   void ignore(std::initializer_list<std::string_view> names) const;
   void ignore_all() const;
   // Of objects whose other properties change nothing here: what looks like a known name and is none is an error all the same.

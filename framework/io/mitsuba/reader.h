@@ -1,9 +1,10 @@
 // The state of reading a Mitsuba scene. Internal to framework/io/mitsuba/*.cpp, which split it by concept: reader (the scene's
-// children, references, messages), sensor (camera, film, integrator), clipping, shapes, bsdfs, adapters (bsdfs of others),
-// coated (bsdfs of several lobes), textures, emitters, colours.
+// children, references, messages), sensor (camera, film, integrator), clipping, shapes, obj_shapes, bsdfs, adapters (bsdfs of
+// others), coated (bsdfs of several lobes), textures, emitters, colours.
 #pragma once
 
 #include "framework/io/mesh/left_out.h"
+#include "framework/io/mesh/obj.h"
 #include "framework/io/mitsuba/mitsuba.h"
 #include "framework/io/mitsuba/properties.h"
 #include "framework/io/object_builder.h"
@@ -111,15 +112,21 @@ class MitsubaReader {
   void film(const Properties& of);
   void crop(const Properties& of);
   void integrator(const XmlElement& element);
-
   void check_hidden_emitters(bool has_area_lights);
+
   // clipping.cpp
   void keep_clipping(const Properties& of);  // of the sensor that was read last
   void warn_of_clipping();
 
+  // obj_shapes.cpp
+  void obj_mesh(const Properties& of, Group& group);
+  void obj_parts(const Properties& of, Group& group);
+  void forget_names_of_no_part(const Properties& of, std::span<const ObjPart> parts,
+                               std::vector<std::pair<std::string, const XmlElement*>>& bsdfs);
+
   // shapes.cpp
   void shape(const XmlElement& element, Group& group);
-  void obj_mesh(const Properties& of, Group& group);
+  void finish_file_mesh(const Properties& of, bool flip_v, TriangleMesh& mesh);
   void ply_mesh(const Properties& of, Group& group);
   void serialized_mesh(const Properties& of, Group& group);
   void file_mesh(const Properties& of, Group& group, bool flip_v, TriangleMesh (*parse)(const SceneFiles::File&, int),
@@ -203,6 +210,9 @@ class MitsubaReader {
 
   // colours.cpp
   static bool is_colour(const XmlElement& element);
+  std::string_view how_reflectance_is_limited() const {
+    return version0() ? "scaled to reach 0.99, as Mitsuba does" : "clamped to 1";
+  }
   Rgb read_colour(const XmlElement& element, ColourUse use);
   Rgb read_spectrum(const XmlElement& element, ColourUse use);
   Rgb spectrum_object(const XmlElement& element, ColourUse use);
@@ -210,9 +220,6 @@ class MitsubaReader {
   // emitters.cpp
   void emitter(const XmlElement& element);
   void point(const Properties& of);
-  std::string_view how_reflectance_is_limited() const {
-    return version0() ? "scaled to reach 0.99, as Mitsuba does" : "clamped to 1";
-  }
   void spot(const Properties& of);
   void directional(const Properties& of);
   void constant(const Properties& of);
@@ -229,6 +236,11 @@ class MitsubaReader {
   int version_ = 3;
   Scene scene_;
   bool has_sensor_ = false;
+  struct HiddenEmitters {
+    Location where;
+    std::string integrator;
+  };
+  std::optional<HiddenEmitters> hides_emitters_;
   struct Clipping {
     std::string sensor;  // in words
     Location where_near, where_far;
@@ -239,11 +251,6 @@ class MitsubaReader {
   std::vector<Clipping> clippings_;
   LeftOutTriangles left_out_;
   Group world_{.parts = std::vector<Part>(1), .in_world = true};
-  struct HiddenEmitters {
-    Location where;
-    std::string integrator;
-  };
-  std::optional<HiddenEmitters> hides_emitters_;
   std::map<const XmlElement*, Group> groups_;
   // How many objects are being read, each for the one before it: a chain of references must end.
   class Nesting {

@@ -1,7 +1,6 @@
 // Shapes, shapegroups and instances. Shapes are placed in their group's space when they are read.
 
 #include "framework/core/elementary.h"
-#include "framework/io/mesh/obj.h"
 #include "framework/io/mesh/ply.h"
 #include "framework/io/mesh/serialized.h"
 #include "framework/io/mesh/tessellate.h"
@@ -69,7 +68,10 @@ MeshData cube_faces() {
 std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
   using R = MitsubaReader;
   static constexpr ShapeType table[] = {
-      {"obj", "as it is, without its own materials; max_smooth_angle approximated by smooth normals", &R::obj_mesh},
+      {"obj",
+       "as it is, without its own materials; before version 2 a bsdf for each of them by its name; max_smooth_angle "
+       "approximated by smooth normals",
+       &R::obj_mesh},
       {"ply", "as it is", &R::ply_mesh},
       {"serialized", "versions 3 and 4, by shape_index", &R::serialized_mesh},
       {"rectangle", "as it is", &R::rectangle},
@@ -156,6 +158,16 @@ void MitsubaReader::place(TriangleMesh mesh, const Transform& t, ShapeLook seen,
   left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), seen));
 }
 
+// What all meshes of files have, beside their own.
+void MitsubaReader::finish_file_mesh(const Properties& of, bool flip_v, TriangleMesh& mesh) {
+  if (of.boolean("flip_tex_coords", flip_v))
+    for (vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
+  of.ignore({"srgb", "collapse"});
+  if (of.has("max_smooth_angle"))
+    approximate(of.where("max_smooth_angle"), fmt::format("{}: 'max_smooth_angle' is not supported", of.title()),
+                "the file's own normals, or smooth ones");
+}
+
 void MitsubaReader::file_mesh(const Properties& of, Group& group, bool flip_v,
                               TriangleMesh (*parse)(const SceneFiles::File&, int), int index) {
   const SceneFiles::File file = read_file_of(of);
@@ -165,19 +177,8 @@ void MitsubaReader::file_mesh(const Properties& of, Group& group, bool flip_v,
   } catch (const Error& e) {
     throw Error(of.where("filename"), e.what());
   }
-  if (of.boolean("flip_tex_coords", flip_v))
-    for (vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
-  of.ignore({"srgb", "collapse"});
-  if (of.has("max_smooth_angle"))
-    approximate(of.where("max_smooth_angle"), fmt::format("{}: 'max_smooth_angle' is not supported", of.title()),
-                "the file's own normals, or smooth ones");
+  finish_file_mesh(of, flip_v, mesh);
   place(std::move(mesh), of, group, "'" + of.string("filename", "") + "'", false);
-}
-
-void MitsubaReader::obj_mesh(const Properties& of, Group& group) {
-  of.ignore({"load_materials"});
-  file_mesh(
-      of, group, true, [](const SceneFiles::File& file, int) { return parse_obj(file.bytes, file.path); }, 0);
 }
 
 void MitsubaReader::ply_mesh(const Properties& of, Group& group) {

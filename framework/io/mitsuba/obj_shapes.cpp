@@ -1,0 +1,75 @@
+// OBJ files. Before version 2 the lines g and usemtl set meshes of their own apart, in each of which vertices of the same place
+// are one, and normals that the file does not have are smooth within each. A bsdf with a name is that of the faces of this
+// material; one without a name is that of all faces. Later versions ask for none of this.
+
+#include "framework/io/mesh/obj.h"
+#include "framework/io/mitsuba/reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace etendue {
+
+namespace {
+
+bool is_named(const std::pair<std::string, const XmlElement*>& bsdf) { return !bsdf.first.empty(); }
+
+}  // namespace
+
+void MitsubaReader::obj_mesh(const Properties& of, Group& group) {
+  of.ignore({"load_materials"});
+  if (version0()) return obj_parts(of, group);
+  file_mesh(
+      of, group, true, [](const SceneFiles::File& file, int) { return parse_obj(file.bytes, file.path); }, 0);
+}
+
+void MitsubaReader::obj_parts(const Properties& of, Group& group) {
+  const SceneFiles::File file = read_file_of(of);
+  const std::string title = "'" + of.string("filename", "") + "'";
+  auto bsdfs = of.named_objects("bsdf");
+  std::vector<ObjPart> parts;
+  try {
+    parts = parse_obj_parts(file.bytes, file.path, !of.boolean("collapse", false));
+    forget_names_of_no_part(of, parts, bsdfs);
+    const bool by_name = std::ranges::any_of(bsdfs, is_named);
+    if (const bool own = of.boolean("face_normals", false) ||
+                         std::ranges::none_of(parts, [](const ObjPart& part) { return part.mesh.normals.empty(); });
+        !by_name && own) {
+      parts.clear();
+      parts.push_back({"", parse_obj(file.bytes, file.path)});
+    }
+  } catch (const Error& e) {
+    throw Error(of.where("filename"), e.what());
+  }
+  if (parts.size() > 1 && of.has_object({"emitter", "luminaire"}))
+    throw Error(of.where(), fmt::format("{}: has {} parts, of which Mitsuba lets none emit light", of.title(), parts.size()));
+  std::optional<std::uint32_t> otherwise;
+  for (ObjPart& part : parts) {
+    finish_file_mesh(of, true, part.mesh);
+    const XmlElement* of_part = nullptr;
+    for (const auto& [name, element] : bsdfs)
+      if (name.empty() || name == part.material) of_part = element;
+    if (!of_part && !otherwise) {
+      materials_.emplace_back();
+      otherwise = static_cast<std::uint32_t>(materials_.size() - 1);
+    }
+    MaterialEntry& entry = materials_[of_part ? bsdf(*of_part) : *otherwise];
+    if (const auto seen = look(of, group, entry, !part.mesh.uvs.empty()))
+      place(std::move(part.mesh), of.transform("to_world"), *seen, of, group, title, false);
+  }
+}
+
+// A single name that the file does not have is as good as none.
+void MitsubaReader::forget_names_of_no_part(const Properties& of, std::span<const ObjPart> parts,
+                                            std::vector<std::pair<std::string, const XmlElement*>>& bsdfs) {
+  for (auto& [name, element] : bsdfs) {
+    if (name.empty() || std::ranges::any_of(parts, [&](const ObjPart& part) { return part.material == name; })) continue;
+    const bool alone = bsdfs.size() == 1;
+    warn(element->where(), fmt::format("no face of '{}' is of the material '{}', for which this bsdf is{}", file_name(of), name,
+                                       alone ? ": Mitsuba's are grey, and here it is for all" : ""));
+    if (alone) name.clear();
+  }
+}
+
+}  // namespace etendue
