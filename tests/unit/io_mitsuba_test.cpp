@@ -309,7 +309,7 @@ TEST(MitsubaShapes, GroupsAreInstanced) {
   const Scene scene =
       read(R"(<shape type="instance"><ref id="g"/><transform name="to_world"><translate x="5"/></transform></shape>
     <shape type="shapegroup" id="g"><shape type="cube"/><shape type="sphere"/></shape>
-    <shape type="instance"><ref id="g"/></shape>)");
+    <shape type="instance"><ref name="shapegroup" id="g"/></shape>)");
   EXPECT_EQ(scene.objects.size(), 2u);
   ASSERT_EQ(scene.instances.size(), 3u);
   expect_near(scene.instances[1].to_world.point(vec3(0)) - scene.instances[2].to_world.point(vec3(0)), {5, 0, 0});
