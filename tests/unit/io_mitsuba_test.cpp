@@ -155,6 +155,18 @@ TEST(MitsubaIntegrator, DepthCountsEdges) {
   EXPECT_EQ(read("<integrator type=\"path\"><integer name=\"rr_depth\" value=\"2\"/></integrator>").max_depth, std::nullopt);
 }
 
+TEST(MitsubaIntegrator, AnotherIsRefusedAndTheFirstCounts) {
+  const std::string first = "<integrator type=\"path\"><integer name=\"max_depth\" value=\"3\"/></integrator>";
+  const std::string second = "<integrator type=\"path\"/>", direct = "<integrator type=\"direct\"/>";
+  EXPECT_ERROR(read(first + second), "another integrator beside the first");
+  EXPECT_ERROR(read("<integrator type=\"aov\">" + first + direct + "</integrator>"), "another integrator beside the first");
+  for (const std::string& both : {first + direct, "<integrator type=\"aov\">" + first + direct + "</integrator>"}) {
+    const Scene scene = approximated(both);
+    EXPECT_EQ(scene.max_depth, 2) << both;
+    EXPECT_TRUE(warns(scene, "another integrator beside the first")) << both;
+  }
+}
+
 TEST(MitsubaXml, DefaultsAndReferencesAreResolved) {
   const Scene scene = read(R"(<default name="r" value="0.25"/><default name="r" value="0.75"/><default name="res" value="7"/>
     <default name="resx" value="64"/>

@@ -36,7 +36,7 @@ void MitsubaReader::read_child(const XmlElement& child) {
   } else if (child.tag == "sensor" || child.tag == "camera") {
     sensor(child);
   } else if (child.tag == "integrator") {
-    integrator(child);
+    only_integrator(child, has_integrator_);
   }
   // Others are read where something refers to them.
 }

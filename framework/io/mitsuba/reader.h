@@ -113,6 +113,7 @@ class MitsubaReader {
   void crop(const Properties& of);
   void integrator(const XmlElement& element);
   void check_hidden_emitters(bool has_area_lights);
+  void only_integrator(const XmlElement& element, bool& has_one);
 
   // clipping.cpp
   void keep_clipping(const Properties& of);  // of the sensor that was read last
@@ -235,7 +236,7 @@ class MitsubaReader {
   XmlIds ids_;
   int version_ = 3;
   Scene scene_;
-  bool has_sensor_ = false;
+  bool has_sensor_ = false, has_integrator_ = false;
   struct HiddenEmitters {
     Location where;
     std::string integrator;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <charconv>
 #include <tuple>
+#include <utility>
 
 namespace etendue {
 
@@ -223,6 +224,14 @@ void MitsubaReader::crop(const Properties& of) {
   warn(of.where("crop_width"), "film: `etendue render` shows the part in the crop window, experiments the whole image");
 }
 
+// The image is that of one integrator, which says how long paths are.
+void MitsubaReader::only_integrator(const XmlElement& element, bool& has_one) {
+  if (std::exchange(has_one, true))
+    approximate(element.where("type"), "another integrator beside the first", "the first");
+  else
+    integrator(element);
+}
+
 // Mitsuba counts the edges of a path: those of a path with one scattering event are two.
 void MitsubaReader::integrator(const XmlElement& element) {
   const Nesting nesting(*this, element);
@@ -231,7 +240,8 @@ void MitsubaReader::integrator(const XmlElement& element) {
     const int edges = of.integer("max_depth", -1, -1, 1 << 20);
     if (edges >= 0) scene_.max_depth = std::max(edges - 1, 0);
   }
-  for (const XmlElement* inner : of.objects({"integrator"})) integrator(*inner);
+  bool has_inner = false;
+  for (const XmlElement* inner : of.objects({"integrator"})) only_integrator(*inner, has_inner);
   if (of.type() == "direct")
     scene_.max_depth = 1;
   else if (!is_one_of(all_light, of.type()) && !is_one_of(wrappers, of.type()))
