@@ -10,6 +10,7 @@
 #include "framework/core/parallel.h"
 #include "framework/image/metrics.h"
 #include "integrators/choice/choose.h"
+#include "integrators/choice/coinciding.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
@@ -143,6 +144,7 @@ class CellRunner {
       told = fmt::format("{}: {}", used.name, left_out);
     if (told.empty()) told = surfaces_mixed(context, used.name, used.params);
     if (told.empty()) told = surfaces_coincide(context);
+    if (told.empty()) told = lights_coincide(context);
   }
 
   Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }

@@ -1,14 +1,13 @@
 #include "integrators/choice/choose.h"
 
-#include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/choice/coinciding.h"
+#include "integrators/choice/seen_pixels.h"
 #include "integrators/photons/photon_maps.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <limits>
 
 namespace etendue {
 
@@ -40,8 +39,6 @@ constexpr double most_fill = 0.6;     // of the budget for records: beyond it ha
 constexpr double fair_noise = 0.065;  // where paths leave no more than this
 
 double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * resolution.y; }
-
-std::string percent(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.0995 ? 1 : 0); }
 
 class Chooser {
  public:
@@ -206,35 +203,23 @@ bool is_set(const ParamMap& params, const char* name, std::string_view value) {
   return param != params.end() && to_text(param->second) == value;
 }
 
-constexpr double fewest_pixels = 0.01;  // that a warning is worth
-
-// The share of a few pixels, evenly placed, of whose rays from the lens's middle this holds.
-template <class Test>
-double share_of_pixels(const RenderContext& context, const Test& holds_of) {
-  constexpr int lines = 32;
-  std::vector<int> holds(lines * lines);
-  parallel_for(holds.size(), 16, [&](std::size_t i) {
-    const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
-    holds[i] = holds_of(context.scene.camera.ray(context.resolution, vec2(pixel) + 0.5f, vec2(0.5f)));
-  });
-  return std::accumulate(holds.begin(), holds.end(), 0.0) / static_cast<double>(holds.size());
-}
-
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
   constexpr std::array by_chance{"path", "guided"};
   constexpr std::array by_light_paths{"light-trace", "vcm"};
   constexpr std::array by_photons{"photon-map", "ppm", "sppm", "ppm-memoryless", "appm", "cppm", "photon-cache"};
-  const bool by_power = !params.contains("emission") || is_set(params, "emission", "power");
-  if (is_among(by_light_paths, method) || (is_among(by_photons, method) && by_power)) {
+  const bool guided = is_among(by_photons, method) && params.contains("emission") && !is_set(params, "emission", "power");
+  if (is_among(by_light_paths, method) || is_among(by_photons, method)) {
     const PilotFindings found = run_pilot(context);
-    if (context.lights.empty() || found.surface == 0 || found.photons_seen >= few_photons) return "";
+    // Emission is guided by photons that landed where they are seen.
+    const double enough = guided ? std::numeric_limits<double>::min() : few_photons;
+    if (context.lights.empty() || found.surface == 0 || found.photons_seen >= enough) return "";
     const std::string share = found.photons_seen > 0 ? fmt::format("one photon in {:.0f} lands", 1 / found.photons_seen)
                                                      : "no photon of a pilot lands";
+    const bool may_guide = is_among(by_photons, method) && !guided;
     return fmt::format("{}: {} where the camera sees it, too few for light and shadow of what is small; {}bdpt needs none",
-                       method, share,
-                       is_among(by_photons, method) ? "emission = \"visibility\" may guide them there, and " : "");
+                       method, share, may_guide ? "emission = \"visibility\" may guide them there, and " : "");
   }
   const bool without = is_among(by_caustic_map, method) && is_set(params, "caustic_map", name_of(CausticMap::off));
   if (!context.needs.caustic_map || !(is_among(by_chance, method) || without)) return "";
@@ -248,7 +233,7 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
   if (!context.needs.masks || is_among(keeps_apart, method)) return "";
   if (is_among(by_caustic_map, method) && !gathers_caustics) return "";  // records keep them apart
   const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
-  const double share = share_of_pixels(context, [&](const Ray& ray) {
+  const double share = share_of_pixels(context, [&](const Ray& ray, std::size_t) {
     const Hit seen = trace(context, ray);
     if (!seen) return false;
     const SurfacePoint point = context.scene.surface_at(ray, seen);
@@ -267,10 +252,14 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
       percent(share), method);
 }
 
-// Straight on through glass, to what lies beneath.
 std::string surfaces_coincide(const RenderContext& context) {
   constexpr int most = 8;
-  const double share = share_of_pixels(context, [&](Ray ray) {
+  const std::vector<Material>& materials = context.scene.materials;
+  const auto is_glass = [](const Material& m) { return std::holds_alternative<Dielectric>(m); };
+  const bool has_glass = std::ranges::any_of(materials, is_glass);
+  std::vector<std::vector<SurfacePoint>> seen(has_glass ? asked_pixels : 0);
+  // Straight on through glass, to what lies beneath.
+  double share = share_of_pixels(context, [&](Ray ray, std::size_t pixel) {
     std::optional<SurfacePoint> last;
     for (int met = 0; met < most; ++met) {
       const Hit hit = trace(context, ray);
@@ -278,12 +267,17 @@ std::string surfaces_coincide(const RenderContext& context) {
       const SurfacePoint point = context.scene.surface_at(ray, hit);
       const auto height = [&] { return std::abs(glm::dot(point.position - last->position, point.normal)); };
       if (last && last->material != point.material && height() < point.clearance) return true;
-      if (last && !std::holds_alternative<Dielectric>(context.scene.materials[last->material])) return false;
+      if (last && !is_glass(materials[last->material])) return false;
+      if (has_glass) seen[pixel].push_back(point);
       last = point;
       ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
     }
     return false;
   });
+  if (share < fewest_pixels && has_glass) {
+    const std::vector<bool> exactly = coincide_with_others(context.scene, seen);
+    share = static_cast<double>(std::ranges::count(exactly, true)) / asked_pixels;
+  }
   if (share < fewest_pixels) return "";
   return fmt::format(
       "{} of what is seen are surfaces of different materials in one place, as far as rounding tells: "

@@ -27,9 +27,8 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
 // light between near points, may take that on one for that on the other; "" where it does not, or none is seen.
 std::string surfaces_mixed(const RenderContext& context, const std::string& method, const ParamMap& params = {});
 
-// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, whatever the
-// method;
-// "" where none is seen, or where both are at the same distance to the last bit (identical triangles), of which rays meet one.
+// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, or always the same
+// one, whatever the method; "" where none is seen. Where both are at the same distance to the last bit, it is told of glass.
 std::string surfaces_coincide(const RenderContext& context);
 
 MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);

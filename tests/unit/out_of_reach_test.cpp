@@ -1,6 +1,7 @@
 // What a method leaves out or mixes up, as the warning beside its image says.
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
+#include "integrators/choice/coinciding.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 
@@ -42,6 +43,15 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   }
   for (const char* method : {"vcm", "light-trace"}) EXPECT_NE(told(wide, method).find("bdpt needs none"), std::string::npos);
   EXPECT_EQ(told(wide, "bdpt"), "");
+  // No photon tells where to guide them.
+  SceneBuilder b("cellar");
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+  b.light(PointLight{{0, 2, 0}, Rgb(1)});
+  b.light(PointLight{{0, -2, 0}, Rgb(1e8f)});
+  b.camera({0.3f, 1.5f, 3.5f}, {0, 0, 0}, 40, {16, 16});
+  SceneContext stage(b.finish(), {16, 16}, 1);
+  for (const char* emission : {"power", "visibility", "importance"})
+    EXPECT_NE(light_out_of_reach(stage.context, "sppm", {{"emission", {std::string(emission), {}}}}), "") << emission;
 }
 
 TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
@@ -93,6 +103,67 @@ TEST(SurfacesCoincide, AreToldWhereAPaneLiesInTheFloorItself) {
   EXPECT_NE(told(0, Dielectric{.eta = 1.5f}).find("of different materials in one place"), std::string::npos);
   EXPECT_EQ(told(1e-4f, Dielectric{.eta = 1.5f}), "");
   EXPECT_EQ(told(0, Diffuse{Rgb(0.2f)}), "") << "hidden by the box";
+}
+
+TEST(SurfacesCoincide, AreToldWhereGlassSharesSurfacesToTheLastBit) {
+  // Each of the same materials in the world and in an instance: a floor, and a ball.
+  const auto told = [](const Material& upper, float height, bool round, bool instanced) {
+    SceneBuilder b("shared");
+    const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)}), other = b.material(upper);
+    const auto add = [&](std::uint32_t material, float y) {
+      if (round)
+        b.quadric(Sphere{{0, 0.5f + y, 0}, 0.5f}, material);
+      else
+        b.mesh(quad({-2, y, 2}, {2, y, 2}, {2, y, -2}, {-2, y, -2}), material);
+    };
+    add(grey, 0);
+    if (!instanced) add(other, height);
+    b.light(PointLight{{0, 2, 0}, Rgb(1)});
+    b.camera({0.3f, 2, 3.5f}, {0, 0, 0}, 50, {16, 16});
+    Scene scene = b.finish();
+    if (instanced) {
+      Object object;
+      object.geometry = scene.objects[0].geometry;
+      object.shapes = scene.objects[0].shapes;
+      object.shapes[0].material = other;
+      scene.objects.push_back(object);
+      scene.instances.push_back({1, Transform::translate({0, height, 0})});
+    }
+    SceneContext stage(std::move(scene), {16, 16}, 1);
+    std::string text;
+    with_threads(2, [&] { text = surfaces_coincide(stage.context); });
+    return text;
+  };
+  const Dielectric glass{.eta = 1.5f};
+  for (const bool round : {false, true})
+    for (const bool instanced : {false, true}) {
+      EXPECT_NE(told(glass, 0, round, instanced).find("of different materials in one place"), std::string::npos) << round;
+      EXPECT_EQ(told(glass, 1e-3f, round, instanced), "") << round;
+      EXPECT_EQ(told(Diffuse{Rgb(0.2f)}, 0, round, instanced), "") << "any of them is an image";
+    }
+}
+
+TEST(LightsCoincide, AreToldWhereALampLiesInTheCeilingItself) {
+  // A ceiling, and below it, by `gap`, a lamp of the same triangles or of others; and perhaps the lamp once more.
+  const auto told = [](float gap, bool same, bool twice) {
+    SceneBuilder b("ceiling");
+    const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
+    const auto facing_down = [](float half, float y) {
+      return quad({-half, y, -half}, {half, y, -half}, {half, y, half}, {-half, y, half});
+    };
+    b.mesh(facing_down(twice ? 3 : 2, twice ? 3 : 2), grey);
+    for (int i = 0; i < (twice ? 2 : 1); ++i) b.mesh(facing_down(same ? 2 : 1.3f, 2 - gap), grey, Rgb(1));
+    b.camera({0, 1, 4}, {0, 1, 0}, 50, {16, 16});
+    SceneContext stage(b.finish(), {16, 16}, 1);
+    std::string text;
+    with_threads(2, [&] { text = lights_coincide(stage.context); });
+    return text;
+  };
+  for (const bool same : {false, true}) {
+    EXPECT_NE(told(0, same, false).find("of the area of lights lies in one place"), std::string::npos) << same;
+    EXPECT_NE(told(0, same, true), "") << "the lamp is there twice";
+    EXPECT_EQ(told(1e-3f, same, false), "") << same;
+  }
 }
 
 }  // namespace
