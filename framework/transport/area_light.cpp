@@ -9,10 +9,12 @@ namespace etendue {
 
 namespace {
 
-// 1 - cos of the half angle of the cone a sphere fills, without cancellation; below 0 when the point is inside.
+// 1 - cos of the half angle of the cone a sphere fills, without cancellation; below 0 when the point is inside, or may be on
+// the sphere: through one of glass its own inside is seen, and rays start up to 16 clearances off (retreat_of).
 float cone_height(const Sphere& sphere, const vec3& position) {
-  const float sin2 = square(sphere.radius) / length_squared(sphere.centre - position);
-  return sin2 < 0.9999f ? sin2 / (1 + std::sqrt(1 - sin2)) : -1;
+  const float distance2 = length_squared(sphere.centre - position), sin2 = square(sphere.radius) / distance2;
+  const float on_sphere = sphere.radius + 24 * clearance_of(position, quadric_extent(sphere));
+  return sin2 < 0.9999f && distance2 > square(on_sphere) ? sin2 / (1 + std::sqrt(1 - sin2)) : -1;
 }
 
 struct SampleQuadric {

@@ -9,7 +9,7 @@ namespace {
 using testing::AgreementMethod;
 using testing::params_of;
 
-constexpr int comparisons = 13;
+constexpr int comparisons = 15;
 
 void expect_agreement(const Scene& scene, const AgreementMethod& path, const std::vector<AgreementMethod>& methods) {
   testing::expect_agreement(scene, {.resolution = {16, 16}, .block = 4, .comparisons = comparisons}, path, methods);
@@ -90,6 +90,22 @@ TEST(Bidirectional, AreaLightsOfAllShapesAndSides) {
   expect_agreement(scene, {"path", params_of({{"max_depth", "6"}}), 256, 0}, {bdpt, vcm});
   for (Light& light : scene.lights) std::get<AreaLight>(light).two_sided = true;
   expect_agreement(scene, {"path", params_of({{"max_depth", "6"}}), 256, 0}, {bdpt, vcm});
+}
+
+// Frosted glass that glows on both sides, or on its inside alone, shows its own inside: light samples find that, too.
+TEST(Bidirectional, BallsOfFrostedGlassThatGlow) {
+  for (const bool inward : {false, true}) {
+    SceneBuilder b("a ball that glows");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    b.quadric(Sphere{{0, 0.7f, 0}, 0.6f}, b.material(Dielectric{.eta = 1.5f, .alpha = 0.5f}), Rgb(3, 2, 1), inward);
+    b.camera({0, 1.2f, 3.5f}, {0, 0.7f, 0}, 40, {16, 16});
+    Scene scene = b.finish();
+    std::get<AreaLight>(scene.lights[0]).two_sided = !inward;
+    const auto cut = [](const char* mis) { return params_of({{"mis", mis}, {"max_depth", "3"}}); };
+    expect_agreement(
+        scene, {"path", cut("bsdf"), 256, 0},
+        {{"path", cut("light"), 256, 0}, {"path", cut("power"), 128, 0}, {"bdpt", params_of({{"max_depth", "3"}}), 64, 0}});
+  }
 }
 
 TEST(Bidirectional, PointSpotAndDirectionalLights) {
