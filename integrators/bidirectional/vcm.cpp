@@ -3,6 +3,7 @@
 #include "framework/core/parallel.h"
 #include "integrators/bidirectional/vcm_camera_paths.h"
 #include "integrators/paths/path.h"
+#include "integrators/photons/photons.h"
 #include "integrators/progressive/radius_policy.h"
 
 namespace etendue {
@@ -14,6 +15,9 @@ enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
+
+// Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
+constexpr float narrow_lobe = 0.05f;
 
 // The first surface with a lobe to merge at that a camera ray meets, through delta lobes.
 std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
@@ -55,7 +59,7 @@ class Vcm final : public Integrator {
   Setting setting_;
   VcmSettings settings_;
   float first_radius_ = 0;
-  bool specular_ = false, hidden_caustics_ = false;
+  bool specular_ = false, narrow_lobes_ = false, hidden_caustics_ = false;
   LightPaths light_paths_;
   VcmMerges merges_;
   std::vector<dvec3> splats_;
@@ -75,6 +79,7 @@ void Vcm::prepare(RenderContext& context) {
   if (has_signed_filter(context)) signed_.assign(pixels, {});
   const Scene& scene = context.scene;
   specular_ = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return has_specular(m); });
+  narrow_lobes_ = RoughMaterials(scene, narrow_lobe).narrow_lobes();
   hidden_caustics_ = context.needs.caustic_map && std::any_of(scene.lights.begin(), scene.lights.end(), is_delta);
   if (setting_ == Setting::vcm) first_radius_ = params_.radius > 0 ? params_.radius : first_radius(context);
 }
@@ -146,6 +151,10 @@ Expectation Vcm::expectation() const {
     return {Bias::biased, -1, 1,
             "specular surfaces are black: the method cannot sample paths that end on one before the camera",
             "specular surfaces are black, and so is what is seen by way of them; bdpt brings it"};
+  if (setting_ == Setting::light_trace && narrow_lobes_)
+    return {Bias::unbiased, -1, 0, "",
+            "surfaces of narrow lobes, such as frosted glass of an index near 1, are noise or black, and so is what is seen by "
+            "way of them; bdpt brings it"};
   if (setting_ == Setting::bdpt && hidden_caustics_)
     return {Bias::biased, -1, 1, "caustics of point, spot and directional lights are black where specular surfaces show them",
             "light of points, spots and directions that comes by way of specular surfaces is left out where they show it; vcm "

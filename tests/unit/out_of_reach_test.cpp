@@ -2,6 +2,7 @@
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
 #include "integrators/choice/coinciding.h"
+#include "integrators/registry.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 
@@ -52,6 +53,22 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   SceneContext stage(b.finish(), {16, 16}, 1);
   for (const char* emission : {"power", "visibility", "importance"})
     EXPECT_NE(light_out_of_reach(stage.context, "sppm", {{"emission", {std::string(emission), {}}}}), "") << emission;
+}
+
+TEST(LeftOut, LightTraceTellsOfNarrowLobes) {
+  const auto told = [](const Material& material) {
+    SceneBuilder b("ball");
+    b.quadric(Sphere{{0, 0, 0}, 1}, b.material(material));
+    b.light(PointLight{{0, 3, 0}, Rgb(1)});
+    b.camera({0, 0, 4}, {0, 0, 0}, 50, {8, 8});
+    SceneContext stage(b.finish(), {8, 8}, 1);
+    const auto integrator = find_integrator("light-trace", {}).make({});
+    integrator->prepare(stage.context);
+    return integrator->expectation().left_out;
+  };
+  EXPECT_NE(told(Dielectric{.eta = 1.001f, .alpha = 0.1f}).find("are noise or black"), std::string::npos);
+  EXPECT_NE(told(Dielectric{.eta = 1.001f}).find("specular surfaces are black"), std::string::npos);
+  EXPECT_EQ(told(Dielectric{.eta = 1.5f, .alpha = 0.1f}), "");
 }
 
 TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
