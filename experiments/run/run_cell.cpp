@@ -11,6 +11,7 @@
 #include "framework/image/metrics.h"
 #include "integrators/choice/choose.h"
 #include "integrators/choice/coinciding.h"
+#include "integrators/choice/seldom_lights.h"
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
@@ -145,6 +146,7 @@ class CellRunner {
     if (told.empty()) told = surfaces_mixed(context, used.name, used.params);
     if (told.empty()) told = surfaces_coincide(context);
     if (told.empty()) told = lights_coincide(context);
+    if (told.empty()) told = lights_seldom_chosen(context, used.name);
   }
 
   Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }

@@ -91,12 +91,13 @@ struct AsEmitter {
 LightSampler::Table::Table(std::span<const double> weights) {
   double total = 0, sum = 0;
   for (const double w : weights) total += w;
-  const bool many = weights.size() > most_flat;
+  const bool fine = weights.size() > most_flat ||
+                    std::ranges::any_of(weights, [&](double w) { return w > 0 && w < least_flat_share * total; });
   for (const double w : weights) {
     const double share = w / total;
     sum += share;
     probability.push_back(static_cast<float>(share));
-    if (many)
+    if (fine)
       finer.push_back(sum);
     else
       cumulative.push_back(static_cast<float>(sum));
@@ -146,7 +147,7 @@ LightSampler::LightSampler(const Scene& scene) : scene_(scene) {
 }
 
 void LightSampler::gather_flat_lights() {
-  if (scene_.lights.size() > most_flat) return;
+  if (power_.cumulative.empty()) return;
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
     const auto* light = std::get_if<AreaLight>(&scene_.lights[i]);
     const TrianglePlane* plane = light ? emitters_[i].flat_triangle() : nullptr;

@@ -78,9 +78,11 @@ class LightSampler {
   bool only_even() const;  // there is light, and all of it comes from even environments
   bool any_delta() const { return any_delta_; }
 
-  // All lights where all are flat and so few that lanes try them in turn, else none; beside them, the probabilities of choosing
-  // those up to each, by power.
+  // All lights where all are flat, so few that lanes try them in turn, and none of so small a share of the power that sums of
+  // single precision, or the steps of 2^-24 in which numbers are drawn, would blur it; else none. Beside them, the
+  // probabilities of choosing those up to each, by power.
   static constexpr std::size_t most_flat = 8;
+  static constexpr double least_flat_share = 0x1p-12;
   std::span<const FlatLight> flat_lights() const { return flat_; }
   std::span<const float> cumulative() const { return power_.cumulative; }
 
@@ -117,8 +119,8 @@ class LightSampler {
   // Lights chosen in fixed proportions.
   struct Table {
     std::vector<float> probability;  // per light
-    std::vector<float> cumulative;   // where lights are few
-    std::vector<double> finer;       // cumulative where they are many
+    std::vector<float> cumulative;   // where lights are few, and no share is small
+    std::vector<double> finer;       // cumulative elsewhere
 
     Table() = default;
     explicit Table(std::span<const double> weights);

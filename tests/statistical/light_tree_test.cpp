@@ -194,28 +194,40 @@ TEST(LightTree, IsBuiltOverAnyLights) {
   EXPECT_EQ(LightTree().choose(vec3(0), u).probability, 0);
 }
 
-// The numbers that a float can hold are too few to choose a light of a thousand-millionth of the power, the last of many.
-TEST(LightTree, WeakLightsAmongManyAreChosenByPowerToo) {
-  SceneBuilder b("nine lights");
-  b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), b.material(Diffuse{Rgb(0.5f)}));
-  for (int i = 0; i < 9; ++i) b.light(PointLight{{0, 1, 0}, i < 8 ? Rgb(1) : Rgb(8e-9f)});
+// The numbers that a float can hold are too few to choose a light of a thousand-millionth of the power, the last of `count`.
+void expect_last_is_chosen(int count, bool flat) {
+  SceneBuilder b("a weak light");
+  const auto black = b.material(Diffuse{Rgb(0)});
+  for (int i = 0; i < count; ++i) {
+    const Rgb power(i + 1 < count ? 1 : static_cast<float>(count - 1) * 1e-9f);
+    if (flat)
+      b.mesh(triangle({-1, 1, 0}, {1, 1, 0}, {0, 1, 1}), black, power);
+    else
+      b.light(PointLight{{0, 1, 0}, power});
+  }
   b.camera({0, 1, 3}, {0, 0, 0}, 60, {8, 8});
   const Scene scene = b.finish();
   const LightSampler lights(scene);
   constexpr int draws = 20000;
   constexpr float last = 0x1.fffffep-1f;  // beyond it lies a share of 2^-24
+  const auto weak = static_cast<std::uint32_t>(count - 1);
   Numbers n(17);
   int sampled = 0, emitted = 0;
   for (int i = 0; i < draws; ++i) {
     const auto sample = lights.sample(vec3(0), vec2(last, n.next()));
     const auto ray = lights.emit(last, vec2(n.next(), n.next()), vec2(n.next(), n.next()));
     ASSERT_TRUE(sample && ray);
-    sampled += sample->light == 8 ? 1 : 0;
-    emitted += ray->light == 8 ? 1 : 0;
+    sampled += sample->light == weak ? 1 : 0;
+    emitted += ray->light == weak ? 1 : 0;
   }
   const double expected = draws * 1e-9 * 0x1p24;
-  EXPECT_NEAR(sampled, expected, 4.5 * std::sqrt(expected));
-  EXPECT_NEAR(emitted, expected, 4.5 * std::sqrt(expected));
+  EXPECT_NEAR(sampled, expected, 4.5 * std::sqrt(expected)) << count << flat;
+  EXPECT_NEAR(emitted, expected, 4.5 * std::sqrt(expected)) << count << flat;
+}
+
+TEST(LightTree, WeakLightsAreChosenByPowerToo) {
+  for (const int count : {2, 9})
+    for (const bool flat : {false, true}) expect_last_is_chosen(count, flat);
 }
 
 // A room of lights of all kinds, in front of walls, behind them and inside a sphere, and a sky.

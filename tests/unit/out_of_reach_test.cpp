@@ -2,6 +2,7 @@
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
 #include "integrators/choice/coinciding.h"
+#include "integrators/choice/seldom_lights.h"
 #include "integrators/registry.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
@@ -181,6 +182,37 @@ TEST(LightsCoincide, AreToldWhereALampLiesInTheCeilingItself) {
     EXPECT_NE(told(0, same, true), "") << "the lamp is there twice";
     EXPECT_EQ(told(1e-3f, same, false), "") << same;
   }
+}
+
+TEST(LightsSeldomChosen, AreToldWhereAHiddenLightHasNearlyAllPower) {
+  // A floor, a lamp above it, and another below, which is `times` as strong.
+  const auto told = [](const std::string& method, float times, bool points, LightChoice choice = LightChoice::power) {
+    SceneBuilder b("cellar");
+    const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), grey);
+    if (points) {
+      b.light(PointLight{{0, 2, 0}, Rgb(1)});
+      b.light(PointLight{{0, -2, 0}, Rgb(times)});
+    } else {
+      b.mesh(quad({-1, 2, -1}, {1, 2, -1}, {1, 2, 1}, {-1, 2, 1}), grey, Rgb(1));
+      b.mesh(quad({-1, -1, 1}, {1, -1, 1}, {1, -1, -1}, {-1, -1, -1}), grey, Rgb(times));
+    }
+    b.camera({0.3f, 1.5f, 3.5f}, {0, 0, 0}, 40, {16, 16});
+    SceneContext stage(b.finish(), {16, 16}, 1);
+    stage.context.choose_lights_by(choice);
+    std::string text;
+    with_threads(2, [&] { text = lights_seldom_chosen(stage.context, method); });
+    return text;
+  };
+  for (const bool points : {false, true}) {
+    EXPECT_NE(told("irradiance-cache", 1e6f, points).find("lights = \"uniform\" brings it"), std::string::npos);
+    EXPECT_NE(told("sppm", 1e9f, points), "") << "below the steps of the numbers that choose";
+    EXPECT_EQ(told("irradiance-cache", 100, points), "");
+    EXPECT_EQ(told("irradiance-cache", 1e6f, points, LightChoice::uniform), "");
+    EXPECT_EQ(told("light-trace", 1e6f, points), "") << "it takes no light samples";
+  }
+  EXPECT_NE(told("path", 1e6f, true), "");
+  EXPECT_EQ(told("path", 1e6f, false), "") << "its other samples find the lamp";
 }
 
 }  // namespace
