@@ -43,6 +43,10 @@ std::string SceneFiles::resolve(const std::string& name, const std::string& name
   std::error_code ignored;
   for (const fs::path& path : {first_folder_first_ ? beside_first : beside, beside_first})
     if (fs::exists(path, ignored)) return path.string();
+  if (std::string with_slashes = name; name.find('\\') != std::string::npos) {
+    std::replace(with_slashes.begin(), with_slashes.end(), '\\', '/');
+    return resolve(with_slashes, named_in);
+  }
   return beside.string();
 }
 

@@ -54,6 +54,18 @@ TEST(SceneFiles, WhatIsNoRegularFileIsRefusedAtOnce) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
+TEST(SceneFiles, BackslashesAreSlashesWhereNoFileHasThem) {
+  const TestDirectory directory;
+  fs::create_directory(directory.path("meshes"));
+  directory.write("meshes/mesh.ply", small_ply);
+  const std::string scene = directory.write(
+      "s.xml",
+      "<scene version=\"3.0.0\"><shape type=\"ply\"><string name=\"filename\" value=\"meshes\\mesh.ply\"/></shape></scene>");
+  EXPECT_EQ(load_scene(scene).objects.at(0).geometry.triangles.size(), 1u);
+  fs::remove(directory.path("meshes/mesh.ply"));
+  EXPECT_ERROR(load_scene(scene), "meshes/mesh.ply");
+}
+
 TEST(SceneFiles, FilesLargerThanTheMemoryAreRefused) {
   const TestDirectory directory;
   directory.write("huge.ply", "ply\n");
