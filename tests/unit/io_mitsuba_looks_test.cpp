@@ -69,6 +69,18 @@ TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
                     "taken as nothing"));
 }
 
+// Files whose bsdfs were rough once.
+TEST(MitsubaBsdfs, RoughnessOfSmoothOnesHasNoEffectBeforeVersion2) {
+  const std::string rough =
+      "<float name=\"alpha\" value=\"0.1\"/><string name=\"distribution\" value=\"phong\"/></bsdf></shape>";
+  for (const char* type : {"conductor", "dielectric", "plastic", "diffuse"}) {
+    const std::string shape = "<shape type=\"sphere\"><bsdf type=\"" + std::string(type) + "\">" + rough;
+    EXPECT_TRUE(warns(read(shape, "0.6.0"), "'alpha' has no effect, as in Mitsuba: only rough bsdfs have it")) << type;
+    EXPECT_TRUE(warns(read(shape, "0.6.0"), "'distribution' has no effect")) << type;
+    EXPECT_ERROR(read(shape, "3.0.0"), "unknown property 'alpha'");
+  }
+}
+
 TEST(MitsubaBsdfs, TooBrightReflectancesAreScaledBeforeVersion2) {
   const auto reflectance = [](const std::string& name, const std::string& version) {
     return material_of<Diffuse>("<bsdf type=\"diffuse\"><rgb name=\"" + name + "\" value=\"2 1 .5\"/></bsdf>", version)

@@ -70,6 +70,10 @@ const NamedReflectance other_metals[] = {
     {"VN", grey_metal},
 };
 
+bool is_smooth(std::string_view type) {
+  return type == "diffuse" || type == "conductor" || type == "dielectric" || type == "thindielectric" || type == "plastic";
+}
+
 }  // namespace
 
 std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
@@ -125,6 +129,11 @@ std::uint32_t MitsubaReader::bsdf(const XmlElement& element) {
     const Properties of = properties(element);
     MaterialEntry made = (this->*find_type(bsdf_types(), of).handler)(of);
     if (version0()) of.ignore({"ensure_energy_conservation"});
+    if (version0() && is_smooth(of.type()))
+      for (const std::string_view name : {"alpha", "alpha_u", "alpha_v", "distribution"})
+        if (of.has(name))
+          warn(of.where(name),
+               fmt::format("{}: '{}' has no effect, as in Mitsuba: only rough bsdfs have it", of.title(), name));
     of.finish();
     materials_.push_back(std::move(made));
     bsdfs_[&element] = static_cast<std::uint32_t>(materials_.size() - 1);
