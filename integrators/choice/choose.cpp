@@ -203,6 +203,30 @@ bool is_set(const ParamMap& params, const char* name, std::string_view value) {
   return param != params.end() && to_text(param->second) == value;
 }
 
+// Is a light so far from what is seen that of photons it sends everywhere one in 14,000 gets there?
+bool has_distant_light(const RenderContext& context) {
+  constexpr float far = 30;  // times the extent of what is seen
+  const Scene& scene = context.scene;
+  std::vector<Bounds> of_pixel(asked_pixels);
+  share_of_pixels(context, [&](const Ray& ray, std::size_t pixel) {
+    const Hit hit = trace(context, ray);
+    const bool sees = hit && scene.surface_at(ray, hit).light == no_id;
+    if (sees) of_pixel[pixel].extend(ray.at(hit.t));
+    return sees;
+  });
+  Bounds seen;
+  for (const Bounds& b : of_pixel)
+    if (!b.empty()) seen.extend(b);
+  if (seen.empty()) return false;
+  return std::ranges::any_of(scene.lights, [&](const Light& light) {
+    const auto* area = std::get_if<AreaLight>(&light);
+    const auto* point = std::get_if<PointLight>(&light);
+    if (!area && !point) return false;
+    const vec3 at = area ? scene.objects[0].geometry.primitive_bounds(area->primitive).centre() : point->position;
+    return glm::length(at - seen.centre()) > far * glm::length(seen.diagonal());
+  });
+}
+
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
@@ -222,7 +246,17 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
                        method, share, may_guide ? "emission = \"visibility\" may guide them there, and " : "");
   }
   const bool without = is_among(by_caustic_map, method) && is_set(params, "caustic_map", name_of(CausticMap::off));
-  if (!context.needs.caustic_map || !(is_among(by_chance, method) || without)) return "";
+  if (!context.needs.caustic_map) return "";
+  const bool by_either = method == "bdpt" || (is_among(by_caustic_map, method) && !without);
+  if (by_either) {
+    const PilotFindings found = run_pilot(context);
+    if (context.lights.empty() || found.photons_seen > 0 || !(found.path_error > 0) || !has_distant_light(context)) return "";
+    return fmt::format(
+        "{}: no photon of a pilot lands where the camera sees it: light that comes by way of specular surfaces is noise, or "
+        "left out; a light at infinity in the place of a distant one sends its photons to the scene",
+        method);
+  }
+  if (!(is_among(by_chance, method) || without)) return "";
   return Chooser(context, run_pilot(context), BiasAllowed::any).out_of_reach(method);
 }
 

@@ -56,6 +56,24 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
     EXPECT_NE(light_out_of_reach(stage.context, "sppm", {{"emission", {std::string(emission), {}}}}), "") << emission;
 }
 
+TEST(LightOutOfReach, IsToldOfCausticsOfADistantLamp) {
+  const auto told = [](const std::string& method, float distance, bool glass, const ParamMap& params = {}) {
+    SceneBuilder b("a sun");
+    const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), grey);
+    if (glass) b.quadric(Sphere{{0, 0.6f, 0}, 0.5f}, b.material(Dielectric{.eta = 1.5f}));
+    b.quadric(Sphere{{0, distance, 0}, 0.1f * distance}, grey, Rgb(100));
+    b.camera({0.3f, 1.5f, 3.5f}, {0, 0, 0}, 40, {16, 16});
+    SceneContext stage(b.finish(), {16, 16}, 1);
+    return light_out_of_reach(stage.context, method, params);
+  };
+  for (const char* method : {"bdpt", "irradiance-cache", "hash-cache"}) {
+    EXPECT_NE(told(method, 1e4f, true).find("no photon of a pilot lands"), std::string::npos) << method;
+    EXPECT_EQ(told(method, 4, true), "") << method;
+    EXPECT_EQ(told(method, 1e4f, false), "") << method;
+  }
+}
+
 TEST(LeftOut, LightTraceTellsOfNarrowLobes) {
   const auto told = [](const Material& material) {
     SceneBuilder b("ball");
