@@ -46,7 +46,7 @@ inline std::vector<SealedMethod> sealed_methods(const char* photons = "20000") {
     } else if (name.find("ppm") != std::string::npos) {
       methods.push_back({name, "", few(), 4, true});
     } else if (name == "vcm") {
-      methods.push_back({name, "", {}, 8, true});
+      methods.push_back({name, "", params_of({{"neighbours", "1"}}), 8, true});
     } else if (name == "irradiance-cache" || name == "radiance-cache") {
       methods.push_back({name, "", params_of({{"samples", "64"}}), 2});
     } else {

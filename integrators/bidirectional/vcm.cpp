@@ -3,6 +3,7 @@
 #include "framework/core/parallel.h"
 #include "integrators/bidirectional/vcm_camera_paths.h"
 #include "integrators/paths/path.h"
+#include "integrators/photons/photon_maps.h"
 #include "integrators/photons/photons.h"
 #include "integrators/progressive/radius_policy.h"
 
@@ -53,10 +54,11 @@ class Vcm final : public Integrator {
   Expectation expectation() const override;
 
  private:
-  float first_radius(const RenderContext& context);
+  float first_radius(const RenderContext& context, int neighbours);
 
   VcmParams params_;
   Setting setting_;
+  bool merges_vertices_ = false;
   VcmSettings settings_;
   float first_radius_ = 0;
   bool specular_ = false, narrow_lobes_ = false, hidden_caustics_ = false;
@@ -81,10 +83,14 @@ void Vcm::prepare(RenderContext& context) {
   specular_ = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return has_specular(m); });
   narrow_lobes_ = RoughMaterials(scene, narrow_lobe).narrow_lobes();
   hidden_caustics_ = context.needs.caustic_map && std::any_of(scene.lights.begin(), scene.lights.end(), is_delta);
-  if (setting_ == Setting::vcm) first_radius_ = params_.radius > 0 ? params_.radius : first_radius(context);
+  if (setting_ != Setting::vcm) return;
+  const int neighbours = params_.neighbours > 0 ? params_.neighbours : neighbours_by_need(context);
+  merges_vertices_ = params_.radius > 0 || neighbours > 0;
+  settings_.correlation = settings_.correlation && merges_vertices_;
+  if (merges_vertices_) first_radius_ = params_.radius > 0 ? params_.radius : first_radius(context, neighbours);
 }
 
-float Vcm::first_radius(const RenderContext& context) {
+float Vcm::first_radius(const RenderContext& context, int neighbours) {
   const auto timed = context.phases.measure("pilot");
   const ivec2 grid = glm::min(ivec2(pilot_grid), context.resolution);
   std::vector<std::optional<vec3>> seen(static_cast<std::size_t>(grid.x) * grid.y);
@@ -98,22 +104,20 @@ float Vcm::first_radius(const RenderContext& context) {
     const auto emitting = context.phases.measure("emit");
     light_paths_.trace(context, settings_, pilot_iteration, true);
   }
-  const auto neighbours = static_cast<std::size_t>(params_.neighbours > 0      ? params_.neighbours
-                                                   : context.needs.caustic_map ? 4
-                                                                               : 1);
-  const float usual = VcmMerges::usual_distance(context, light_paths_, points, neighbours, params_.structure);
+  const auto k = static_cast<std::size_t>(neighbours);
+  const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
   return usual > 0 ? usual : 0.01f * glm::length(context.scene.bounds().diagonal());
 }
 
 void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
-  if (setting_ == Setting::vcm) settings_.merge_radius = first_radius_ * memoryless_shrinkage(index, params_.alpha);
+  if (merges_vertices_) settings_.merge_radius = first_radius_ * memoryless_shrinkage(index, params_.alpha);
   {
     const auto timed = context.phases.measure("emit");
     light_paths_.trace(context, settings_, index, settings_.connect);
     splats_.assign(static_cast<std::size_t>(context.resolution.x) * context.resolution.y, dvec3(0));
     light_paths_.add_splats(splats_);
   }
-  if (setting_ == Setting::vcm) {
+  if (merges_vertices_) {
     const auto timed = context.phases.measure("build");
     merges_.build(context, light_paths_, settings_, params_.structure);
   }
@@ -142,7 +146,7 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
 }
 
 Expectation Vcm::expectation() const {
-  if (setting_ == Setting::vcm) {
+  if (merges_vertices_) {
     const double alpha = params_.alpha;
     return {alpha < 1 ? Bias::consistent : Bias::biased, -std::min(alpha, 2 - 2 * alpha), 0.02,
             "blur within the merging radius, which shrinks ([Knaus2011]); paths that need no merging converge as N^-1"};
@@ -173,6 +177,12 @@ IntegratorEntry entry(const char* name, const char* summary, Setting setting, do
 }
 
 }  // namespace
+
+int neighbours_by_need(const RenderContext& context) {
+  if (context.needs.caustic_map) return 4;
+  const float narrow = PhotonMapsParams().carry_below;
+  return context.lights.any_delta() && RoughMaterials(context.scene, narrow).narrow_lobes() ? 1 : 0;
+}
 
 IntegratorEntry light_trace_entry() {
   return entry<LightTraceParams>("light-trace", "particles from the lights joined to the camera", Setting::light_trace, 230);

@@ -14,13 +14,14 @@
 //
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
-// pass: the fourth where light can reach specular surfaces, whose caustics merges find best, else the first, since there the
-// other strategies bring the same light without a blur. There is one radius for the whole image, since weights along light
-// paths depend on it. Hence discs cannot end at walls that hide a brighter part of the same floor, as those of progressive
-// photon mapping do; instead each merge is tested by a shadow ray (`wall_test`) and does not count if something is in the way.
-// The weights, which assume whole discs, stay as they are: the light lost at walls is of the order of r, as at all borders of a
-// surface, and vanishes with it. There is no side test: merges across a corner make up for what is lost beyond it, and a BSDF
-// rejects light from behind.
+// pass: by default the fourth where light can reach specular surfaces, whose caustics merges find best, and the first where
+// only narrow rough lobes may throw such light, of lights that no ray can meet. Elsewhere nothing is merged unless it is asked
+// for: the other strategies bring the same light with less noise, in less time and without a blur (experiments/ledger.toml),
+// and vcm is bdpt. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot
+// end at walls that hide a brighter part of the same floor, as those of progressive photon mapping do; instead each merge is
+// tested by a shadow ray (`wall_test`) and does not count if something is in the way. The weights, which assume whole discs,
+// stay as they are: the light lost at walls is of the order of r, as at all borders of a surface, and vanishes with it. There
+// is no side test: merges across a corner make up for what is lost beyond it, and a BSDF rejects light from behind.
 //
 // Merges that share a camera path are not independent. Weights that account for this (mis = "correlation-aware") are those of
 // integrators/bidirectional/vcm_correlation.h, the same but for these factors.
@@ -80,13 +81,18 @@ template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
   describe(v, static_cast<BdptParams&>(p));
   v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
-  v.integer("neighbours", p.neighbours, 0, 1000000, "vertices",
-            "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, else 1");
+  v.integer(
+      "neighbours", p.neighbours, 0, 1000000, "vertices",
+      "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, 1 where that "
+      "of points, spots or directions can reach narrow rough lobes, and elsewhere, unless radius is given, no merges");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");
   v.choice("mis", p.mis, "the MIS weights of strategies");
   v.choice("structure", p.structure, point_structure_names, "what finds the vertices to merge with");
 }
+
+// The `neighbours` of vcm where they are not given; 0: nothing is merged.
+int neighbours_by_need(const RenderContext& context);
 
 IntegratorEntry light_trace_entry();
 IntegratorEntry bdpt_entry();

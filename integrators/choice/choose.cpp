@@ -1,6 +1,7 @@
 #include "integrators/choice/choose.h"
 
 #include "framework/transport/ray_tools.h"
+#include "integrators/bidirectional/vcm.h"
 #include "integrators/choice/coinciding.h"
 #include "integrators/choice/seen_pixels.h"
 #include "integrators/photons/photon_maps.h"
@@ -227,6 +228,12 @@ bool has_distant_light(const RenderContext& context) {
   });
 }
 
+// Does the method do what bdpt does?
+bool is_bdpt(const RenderContext& context, const std::string& method, const ParamMap& params) {
+  const bool asked = params.contains("radius") || params.contains("neighbours");
+  return method == "bdpt" || (method == "vcm" && !asked && neighbours_by_need(context) == 0);
+}
+
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
@@ -234,7 +241,8 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
   constexpr std::array by_light_paths{"light-trace", "vcm"};
   constexpr std::array by_photons{"photon-map", "ppm", "sppm", "ppm-memoryless", "appm", "cppm", "photon-cache"};
   const bool guided = is_among(by_photons, method) && params.contains("emission") && !is_set(params, "emission", "power");
-  if (is_among(by_light_paths, method) || is_among(by_photons, method)) {
+  const bool by_paths = is_among(by_light_paths, method) && !is_bdpt(context, method, params);
+  if (by_paths || is_among(by_photons, method)) {
     const PilotFindings found = run_pilot(context);
     // Emission is guided by photons that landed where they are seen.
     const double enough = guided ? std::numeric_limits<double>::min() : few_photons;
@@ -261,10 +269,10 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
 }
 
 std::string surfaces_mixed(const RenderContext& context, const std::string& method, const ParamMap& params) {
-  constexpr std::array keeps_apart{"path", "light-trace", "bdpt", "guided"};
+  constexpr std::array keeps_apart{"path", "light-trace", "guided"};
   const bool gathers_caustics = is_set(params, "caustic_map", name_of(CausticMap::on)) ||
                                 (context.needs.caustic_map && !is_set(params, "caustic_map", name_of(CausticMap::off)));
-  if (!context.needs.masks || is_among(keeps_apart, method)) return "";
+  if (!context.needs.masks || is_among(keeps_apart, method) || is_bdpt(context, method, params)) return "";
   if (is_among(by_caustic_map, method) && !gathers_caustics) return "";  // records keep them apart
   const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
   const double share = share_of_pixels(context, [&](const Ray& ray, std::size_t) {

@@ -121,7 +121,7 @@ void expect_even(const Furnace& furnace, const SealedMethod& method, std::uint32
 std::vector<SealedMethod> furnace_methods() {
   std::vector<SealedMethod> methods = sealed_methods();
   for (SealedMethod& method : methods)
-    if (method.name == "vcm") method.params = testing::params_of({{"paths", "6000"}});
+    if (method.name == "vcm") method.params = testing::params_of({{"neighbours", "1"}, {"paths", "6000"}});
   return methods;
 }
 
@@ -158,9 +158,9 @@ TEST(CrateOfCells, MeanIsWithinWhatEachMethodDeclares) {
     return testing::render(scene, name, options);
   };
   const Image reference = render("path", 256).image;
-  const auto hull = testing::params_of({{"edges", "hull"}});
-  for (const auto& [name, params] :
-       std::vector<std::pair<const char*, ParamMap>>{{"photon-map", hull}, {"photon-cache", {}}, {"sppm", {}}, {"vcm", {}}}) {
+  const auto hull = testing::params_of({{"edges", "hull"}}), merging = testing::params_of({{"neighbours", "1"}});
+  for (const auto& [name, params] : std::vector<std::pair<const char*, ParamMap>>{
+           {"photon-map", hull}, {"photon-cache", {}}, {"sppm", {}}, {"vcm", merging}}) {
     const auto rendered = render(name, 64, params);
     const double off = bias(rendered.image, reference);
     ::testing::Test::RecordProperty(name, std::to_string(off));

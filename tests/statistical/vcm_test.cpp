@@ -16,12 +16,11 @@ using testing::RenderOptions;
 // The image's mean over 8 seeds within seven standard errors (Student's t at 1e-3, Sidak over a dozen scenes) and the bias
 // allowed.
 void expect_exact_mean(const char* scene_name, const char* integrator, std::uint32_t iterations, double allowed,
-                       std::int64_t paths = 0, const char* mis = nullptr) {
+                       const ParamMap& params = {}) {
   const Scene scene = load_scene(scene_name);
   RenderOptions options;
   options.iterations = iterations;
-  options.params["paths"] = {paths, {}};
-  if (mis) options.params["mis"] = {mis, {}};
+  options.params = params;
   const auto b = testing::bias_over_seeds(scene, integrator, options, 8, integrate_closed_form(scene, options.resolution));
   EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + allowed)
       << scene_name << " " << integrator << ": " << b.mean << " +- " << b.deviation;
@@ -85,9 +84,11 @@ TEST(Bidirectional, WeighsLightThatGrazesItsSource) {
   for (const char* integrator : {"bdpt", "vcm"}) EXPECT_EQ(render(scene, integrator, options).non_finite, 0u) << integrator;
 }
 
+const ParamMap merging = testing::params_of({{"neighbours", "1"}});  // where nothing is specular, too
+
 TEST(Vcm, MatchesClosedForms) {
   for (const char* scene : {"builtin:lambert-sphere", "builtin:furnace", "builtin:cavity", "builtin:concentric-spheres"})
-    expect_exact_mean(scene, "vcm", 4, 0.003);
+    expect_exact_mean(scene, "vcm", 4, 0.003, merging);
 }
 
 // Light that specular surfaces cast and show again.
@@ -100,21 +101,52 @@ TEST(Vcm, MatchesSpecularDiffuseSpecularPaths) {
 TEST(Vcm, FacetsThatAreShadedRoundAreNotTooBright) {
   const Scene scene = testing::faceted_ball();
   const Image reference = render(scene, "path", {.params = {}, .iterations = 512}).image;
-  const auto b = testing::bias_over_seeds(scene, "vcm", {.params = {}, .iterations = 32}, 6, reference);
+  const auto b = testing::bias_over_seeds(scene, "vcm", {.params = merging, .iterations = 32}, 6, reference);
   EXPECT_LT(std::abs(b.mean), 0.03);
   EXPECT_LT(b.deviation, 0.008);
 }
 
 TEST(Vcm, CorrelationAwareWeightsKeepTheMean) {
   for (const char* scene : {"builtin:lambert-sphere", "builtin:concentric-spheres"})
-    expect_exact_mean(scene, "vcm", 4, 0.003, 0, "correlation-aware");
+    expect_exact_mean(scene, "vcm", 4, 0.003, testing::params_of({{"neighbours", "1"}, {"mis", "correlation-aware"}}));
   for (const char* scene : {"builtin:mirror?view=both", "builtin:water?camera=above"})
-    expect_exact_mean(scene, "vcm", 32, 0.01, 0, "correlation-aware");
+    expect_exact_mean(scene, "vcm", 32, 0.01, testing::params_of({{"mis", "correlation-aware"}}));
 }
 
 TEST(Vcm, LosesAndLeaksLittleAtEdges) {
   for (const char* scene : {"builtin:edge", "builtin:corner", "builtin:thin-plate"})
-    expect_exact_mean(scene, "vcm", 4, 0.015, 10000);
+    expect_exact_mean(scene, "vcm", 4, 0.015, testing::params_of({{"paths", "10000"}}));
+}
+
+// Merges take time and add noise where all other strategies find the same light.
+TEST(Vcm, MergesWhereLightIsSpecular) {
+  const auto merges = [](const Scene& scene, const ParamMap& params = {}) {
+    RenderOptions options;
+    options.resolution = {16, 16};
+    const auto of_bdpt = render(scene, "bdpt", options);
+    options.params = params;
+    const auto rendered = render(scene, "vcm", options);
+    EXPECT_EQ(rendered.hash != of_bdpt.hash, rendered.expectation.mse_exponent > -1);
+    return rendered.hash != of_bdpt.hash;
+  };
+  const auto lobe_under = [](float alpha, bool sun) {
+    SceneBuilder b("lobe");
+    b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), b.material(Diffuse{Rgb(0.5f)}));
+    b.mesh(box({0, 0, 0}, {0.5f, 0.5f, 0.5f}), b.material(Conductor{.ideal = true, .alpha = vec2(alpha)}));
+    if (sun) b.light(DirectionalLight{glm::normalize(vec3(-0.4f, -1, -0.3f)), Rgb(1)});
+    b.light(EnvironmentLight{.scale = Rgb(0.3f), .size = {}, .texels = {}, .light_to_world = {}});
+    b.camera({0, 1, 3}, {0, 0, 0}, 40, {16, 16});
+    return b.finish();
+  };
+  EXPECT_TRUE(merges(load_scene("builtin:glass-caustic")));
+  EXPECT_TRUE(merges(lobe_under(0.1f, true)));
+  EXPECT_FALSE(merges(lobe_under(0.1f, false)));
+  EXPECT_FALSE(merges(lobe_under(0.5f, true)));
+  const Scene diffuse = load_scene("builtin:cornell-box");
+  EXPECT_FALSE(merges(diffuse));
+  EXPECT_FALSE(merges(diffuse, testing::params_of({{"mis", "correlation-aware"}})));
+  EXPECT_TRUE(merges(diffuse, testing::params_of({{"neighbours", "1"}})));
+  EXPECT_TRUE(merges(diffuse, testing::params_of({{"radius", "0.05"}})));
 }
 
 // Two rooms on one floor, a wall of 4 cm between them; the rest of the light stays behind it.
@@ -138,6 +170,7 @@ TEST(Vcm, DepthLimitTruncatesTheSeries) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   for (int depth = 1; depth <= 3; ++depth) {
     RenderOptions options;
+    options.params = merging;
     options.params["max_depth"] = {std::int64_t{depth}, {}};
     options.iterations = 32;
     const Image image = render(scene, "vcm", options).image;

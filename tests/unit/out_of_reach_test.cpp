@@ -43,7 +43,11 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
     EXPECT_EQ(told(wide, method, {{"emission", {std::string("visibility"), {}}}}), "");
     EXPECT_EQ(told("builtin:exterior", method), "") << method;
   }
+  const ParamMap merging{{"neighbours", {std::int64_t{1}, {}}}};
+  constexpr const char* nothing_specular = "builtin:sunlit-field?surroundings=64,veil=false";
   for (const char* method : {"vcm", "light-trace"}) EXPECT_NE(told(wide, method).find("bdpt needs none"), std::string::npos);
+  EXPECT_NE(told(nothing_specular, "vcm", merging).find("bdpt needs none"), std::string::npos);
+  EXPECT_EQ(told(nothing_specular, "vcm"), "") << "nothing is merged";
   EXPECT_EQ(told(wide, "bdpt"), "");
   // No photon tells where to guide them.
   SceneBuilder b("cellar");
@@ -113,7 +117,9 @@ TEST(SurfacesMixed, AreToldWhereSheetsOfOneShapeThatLetLightThroughAreNear) {
     with_threads(2, [&] { text = surfaces_mixed(stage.context, method, params); });
     return text;
   };
-  for (const char* method : {"photon-map", "sppm", "vcm", "photon-cache"}) {
+  EXPECT_NE(told(0.5f, 0.001f, true, "vcm", {{"neighbours", {std::int64_t{1}, {}}}}), "");
+  EXPECT_EQ(told(0.5f, 0.001f, true, "vcm"), "") << "nothing is merged";
+  for (const char* method : {"photon-map", "sppm", "photon-cache"}) {
     EXPECT_NE(told(0.5f, 0.001f, true, method).find("path keeps them apart"), std::string::npos) << method;
     EXPECT_EQ(told(0.5f, 0.001f, false, method), "") << method;
   }
