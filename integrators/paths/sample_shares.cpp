@@ -105,27 +105,28 @@ void SampleShares::choose_numbers() {
 // Shared out, n samples leave (sum of sigma)^2 / n of the variance, and alike the pixels' number x (sum of sigma^2) / n.
 std::uint32_t SampleShares::wanted_of_each() const {
   const auto pixels = static_cast<double>(deviation_.size());
-  double sum = 0, squares = 0;
-  for (const double d : deviation_) {
+  double sum = 0, squares = 0, within = 0;
+  for (std::size_t i = 0; i < deviation_.size(); ++i) {
+    const double d = deviation_[i];
     sum += d;
     squares += d * d;
+    within += sample_variance(i);
   }
-  if (squares < square(smooth) * pixels) return 1;
+  if (within < square(smooth) * pixels) return 1;
   return square(sum) < worth * pixels * squares ? 0 : alike(extra_);
 }
 
-// By the scatter within pixels; by that over neighbours as well while a pixel has had one sample.
+// Relative, by the scatter within the pixel; by that over neighbours as well while the pixel has had one sample.
+double SampleShares::sample_variance(std::size_t pixel) const {
+  const Moments& m = moments_[pixel];
+  if (!(m.count > 1)) return square(static_cast<double>(deviation_[pixel]));
+  const double mean = m.sum / m.count;
+  return std::max(m.squares / m.count - mean * mean, 0.0) * m.count / (m.count - 1) / (mean * mean + floor_);
+}
+
 double SampleShares::iteration_variance() const {
   double sum = 0;
-  for (std::size_t i = 0; i < moments_.size(); ++i) {
-    const Moments& m = moments_[i];
-    double variance = square(static_cast<double>(deviation_[i]));
-    if (m.count > 1) {
-      const double mean = m.sum / m.count;
-      variance = std::max(m.squares / m.count - mean * mean, 0.0) * m.count / (m.count - 1) / (mean * mean + floor_);
-    }
-    sum += variance / count_[i];
-  }
+  for (std::size_t i = 0; i < moments_.size(); ++i) sum += sample_variance(i) / count_[i];
   return sum / static_cast<double>(moments_.size());
 }
 

@@ -2,9 +2,10 @@
 //
 // Where a cache gives smooth light, the remaining noise is at outlines and in penumbrae. Each pixel takes one sample per
 // iteration. Further samples are as many for each pixel at first, and as long as sharing them out would leave most of the
-// variance; none where samples hardly differ. Else they are shared out in proportion to the relative standard deviation sigma,
-// because for a given total the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i. Sigma is estimated from the samples so far
-// of the pixel and its eight neighbours, since an outline that just enters a pixel is often seen first beside it.
+// variance; none where the samples of a pixel hardly differ, however much its neighbours do. Else they are shared out in
+// proportion to the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i is least for n_i ~
+// sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours, since an outline that just enters
+// a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
 // has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
@@ -64,6 +65,7 @@ class SampleShares {
   void choose_numbers();
   std::uint32_t wanted_of_each() const;
   void share_out();
+  double sample_variance(std::size_t pixel) const;
   double iteration_variance() const;
 
   ivec2 resolution_;

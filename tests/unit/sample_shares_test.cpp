@@ -44,6 +44,15 @@ TEST(SampleShares, WithoutExtraSamplesEachPixelTakesOne) {
   EXPECT_EQ(shares.range(3).begin, 5 * SampleShares::most + 2);
 }
 
+// What differs from pixel to pixel, but not within them, needs no further samples.
+TEST(SampleShares, PixelsOfAGradientTakeOne) {
+  SampleShares shares(resolution, 2);
+  for (std::size_t i = 0; i < pixels; ++i)
+    for (std::uint32_t s = 0; s < shares.range(i).count; ++s) shares.add(i, 1 + static_cast<float>(i % 16));
+  shares.end_iteration();
+  for (std::size_t i = 0; i < pixels; ++i) EXPECT_EQ(shares.range(i).count, 1u);
+}
+
 TEST(SampleShares, StayInOneSequenceWherePixelsScatterAlike) {
   SampleShares shares(resolution, 2);
   Sampler sampler(SamplerKind::independent, 4, Stream::test, 0, 0);
