@@ -4,6 +4,7 @@
 #include "framework/scene/clearance.h"
 
 #include <optional>
+#include <span>
 
 namespace etendue {
 
@@ -86,12 +87,12 @@ class WallGrid::Slab {
   Slab(const WallGrid& grid, std::uint32_t begin, std::uint32_t end)
       : grid_(grid), begin_(begin), end_(end), lists_(std::size_t{end - begin} * grid.size_.y * grid.size_.x) {}
 
-  void add(const Object& object, const std::vector<Material>& materials) {
-    const Geometry& geometry = object.geometry;
-    for (std::uint32_t id = 0; id < geometry.primitive_count(); ++id) {
-      const Range range = grid_.cells_about(geometry.primitive_bounds(id));
-      if (range.begin.z >= end_ || range.end.z <= begin_ || !geometry.is_valid(id)) continue;
-      if (!is_clear(materials[object.shape(id).material])) add(range, sheet_of(geometry, id));
+  // The primitives `ids` of the object; `boxes`: of all.
+  void add(const Object& object, std::span<const std::uint32_t> ids, std::span<const Bounds> boxes,
+           const std::vector<Material>& materials) {
+    for (const std::uint32_t id : ids) {
+      const Range range = grid_.cells_about(boxes[id]);
+      if (has_room(range) && !is_clear(materials[object.shape(id).material])) add(range, sheet_of(object.geometry, id));
     }
   }
   // No sheet: of a surface that is neither plane nor sphere.
@@ -100,7 +101,7 @@ class WallGrid::Slab {
     for (uvec3 c(0, 0, std::max(range.begin.z, begin_)); c.z < std::min(range.end.z, end_); ++c.z)
       for (c.y = range.begin.y; c.y < range.end.y; ++c.y)
         for (c.x = range.begin.x; c.x < range.end.x; ++c.x) {
-          List& list = lists_[(std::size_t{c.z - begin_} * grid_.size_.y + c.y) * grid_.size_.x + c.x];
+          List& list = lists_[index(c)];
           const vec3 centre = grid_.centre(c);
           if (list.too_many || (sheet && std::abs(sheet->height(centre)) > reach)) continue;
           if (sheet && holds(list, *sheet, centre)) continue;
@@ -134,6 +135,17 @@ class WallGrid::Slab {
     std::vector<Sheet> sheets;
   };
 
+  std::size_t index(const uvec3& c) const { return (std::size_t{c.z - begin_} * grid_.size_.y + c.y) * grid_.size_.x + c.x; }
+
+  // Is there a cell whose list one more sheet may change? About a fine mesh there soon is none.
+  bool has_room(const Range& range) const {
+    for (uvec3 c(0, 0, std::max(range.begin.z, begin_)); c.z < std::min(range.end.z, end_); ++c.z)
+      for (c.y = range.begin.y; c.y < range.end.y; ++c.y)
+        for (c.x = range.begin.x; c.x < range.end.x; ++c.x)
+          if (!lists_[index(c)].too_many) return true;
+    return false;
+  }
+
   // Has the list the sheet? Then the sheet's surfaces lie on that one, too.
   bool holds(List& list, const Sheet& sheet, const vec3& centre) const {
     const float height = sheet.height(centre);
@@ -156,7 +168,17 @@ class WallGrid::Slab {
 };
 
 WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
-  Bounds bounds = scene.bounds();
+  const Geometry& geometry = scene.objects[0].geometry;
+  std::vector<Bounds> boxes(geometry.primitive_count());  // empty where nothing may be held
+  parallel_for(boxes.size(), 1024, [&](std::size_t i) {
+    const auto id = static_cast<std::uint32_t>(i);
+    if (geometry.is_valid(id)) boxes[i] = geometry.primitive_bounds(id);
+  });
+  Bounds bounds;
+  if (scene.has_instances())
+    bounds = scene.bounds();
+  else
+    for (const Bounds& box : boxes) bounds.extend(box);
   if (bounds.empty()) bounds = {vec3(0), vec3(0)};
   const float extent = std::max(max_component(bounds.diagonal()), std::numeric_limits<float>::min());
   rounding_ = 8 * unit_roundoff * (extent + max_component(glm::max(glm::abs(bounds.lower), glm::abs(bounds.upper))));
@@ -168,10 +190,16 @@ WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
   constexpr std::uint32_t slabs = 8;
   const std::uint32_t layers = (size_.z + slabs - 1) / slabs;
   std::vector<std::optional<Slab>> parts((size_.z + layers - 1) / layers);
+  std::vector<std::vector<std::uint32_t>> ids(parts.size());  // of the primitives about each
+  for (std::uint32_t id = 0; id < boxes.size(); ++id) {
+    if (boxes[id].empty()) continue;
+    const Range range = cells_about(boxes[id]);
+    for (std::uint32_t i = range.begin.z / layers; i * layers < range.end.z; ++i) ids[i].push_back(id);
+  }
   parallel_for(parts.size(), 1, [&](std::size_t i) {
     const auto first = static_cast<std::uint32_t>(i) * layers;
     Slab& slab = parts[i].emplace(*this, first, std::min(first + layers, size_.z));
-    slab.add(scene.objects[0], scene.materials);
+    slab.add(scene.objects[0], ids[i], boxes, scene.materials);
     for (const InfinitePlane& plane : scene.planes)
       if (!is_clear(scene.materials[plane.material]))
         slab.add({uvec3(0), size_},
