@@ -69,12 +69,13 @@ class Checker {
   const std::vector<vec3>& uvs() const { return values_[1]; }
   const std::vector<vec3>& normals() const { return values_[2]; }
   bool names_materials() const { return names_materials_; }
-  // The material of each part; a part that has no faces keeps its number.
-  const std::vector<std::string>& materials() const { return materials_; }
+  // A part that has no faces keeps its number.
+  const std::string& material_of(std::size_t part) const { return names_[name_of_part_[part]]; }
+  const std::string& last_material() const { return names_.back(); }
   std::string text_with_part_numbers() const {
     std::string marked;
     std::size_t from = 0;
-    for (std::size_t part = 1; part < materials_.size(); ++part) {
+    for (std::size_t part = 1; part < part_starts_.size(); ++part) {
       marked += std::string_view(text_).substr(from, part_starts_[part] - from);
       marked += fmt::format("s {}\n", part);
       from = part_starts_[part];
@@ -164,10 +165,12 @@ class Checker {
     }
     if (of_part || of_material) {
       part_starts_.push_back(begin);
-      std::string rest = text_.substr(begin + of_keyword, words_.offset() - begin - of_keyword);
-      rest.erase(0, rest.find_first_not_of(" \t"));
-      rest.erase(rest.find_last_not_of(" \t") + 1);
-      materials_.push_back(of_material ? std::move(rest) : std::string(materials_.back()));
+      if (of_material) {
+        std::string& rest = names_.emplace_back(text_.substr(begin + of_keyword, words_.offset() - begin - of_keyword));
+        rest.erase(0, rest.find_first_not_of(" \t"));
+        rest.erase(rest.find_last_not_of(" \t") + 1);
+      }
+      name_of_part_.push_back(static_cast<std::uint32_t>(names_.size() - 1));
     }
     std::fill(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.begin() + static_cast<std::ptrdiff_t>(words_.offset()),
               ' ');
@@ -182,7 +185,8 @@ class Checker {
   std::array<Reference, 3> largest_{};
   std::size_t triangles_ = 0;
   bool names_materials_ = false;
-  std::vector<std::string> materials_{""};
+  std::vector<std::string> names_{""};  // of materials
+  std::vector<std::uint32_t> name_of_part_{0};
   std::vector<std::size_t> part_starts_{0};
 };
 
@@ -324,7 +328,7 @@ std::vector<ObjPart> parse_obj_parts(std::string text, const std::string& name, 
     if (current != part) {
       if (current) end_part();
       current = part;
-      parts.push_back({checker.materials().at(part), {}});
+      parts.push_back({apart ? checker.material_of(part) : checker.last_material(), {}});
       vertices.begin(parts.back().mesh);
     }
     uvec3 triangle;

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 namespace etendue {
 
@@ -45,11 +47,14 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group) {
   if (parts.size() > 1 && of.has_object({"emitter", "luminaire"}))
     throw Error(of.where(), fmt::format("{}: has {} parts, of which Mitsuba lets none emit light", of.title(), parts.size()));
   std::optional<std::uint32_t> otherwise;
+  std::map<std::string, std::size_t> last;  // place in `bsdfs`, by name
+  for (std::size_t i = 0; i < bsdfs.size(); ++i) last[bsdfs[i].first] = i;
   for (ObjPart& part : parts) {
     finish_file_mesh(of, true, part.mesh);
+    const auto of_all = last.find(""), of_name = last.find(part.material);
     const XmlElement* of_part = nullptr;
-    for (const auto& [name, element] : bsdfs)
-      if (name.empty() || name == part.material) of_part = element;
+    for (const auto& found : {of_all, of_name})
+      if (found != last.end() && (of_part == nullptr || found->second > of_all->second)) of_part = bsdfs[found->second].second;
     if (!of_part && !otherwise) {
       materials_.emplace_back();
       otherwise = static_cast<std::uint32_t>(materials_.size() - 1);
@@ -63,8 +68,10 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group) {
 // A single name that the file does not have is as good as none.
 void MitsubaReader::forget_names_of_no_part(const Properties& of, std::span<const ObjPart> parts,
                                             std::vector<std::pair<std::string, const XmlElement*>>& bsdfs) {
+  std::set<std::string_view> of_parts;
+  for (const ObjPart& part : parts) of_parts.insert(part.material);
   for (auto& [name, element] : bsdfs) {
-    if (name.empty() || std::ranges::any_of(parts, [&](const ObjPart& part) { return part.material == name; })) continue;
+    if (name.empty() || of_parts.contains(name)) continue;
     const bool alone = bsdfs.size() == 1;
     warn(element->where(), fmt::format("no face of '{}' is of the material '{}', for which this bsdf is{}", file_name(of), name,
                                        alone ? ": Mitsuba's are grey, and here it is for all" : ""));

@@ -241,7 +241,12 @@ void MitsubaReader::integrator(const XmlElement& element) {
     if (edges >= 0) scene_.max_depth = std::max(edges - 1, 0);
   }
   bool has_inner = false;
-  for (const XmlElement* inner : of.objects({"integrator"})) only_integrator(*inner, has_inner);
+  for (const XmlElement* inner : of.objects({"integrator"})) {
+    if (!std::exchange(has_inner, true))
+      integrator(*inner);
+    else
+      warn(inner->where("type"), "another integrator beside the first, whose image it is");
+  }
   if (of.type() == "direct")
     scene_.max_depth = 1;
   else if (!is_one_of(all_light, of.type()) && !is_one_of(wrappers, of.type()))

@@ -84,7 +84,7 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   float gamma = read_gamma(params);
   const Location named = params.where("filename");
   const auto bytes = [&] { return files_.read(file, *lexer.file(), named).bytes; };
-  if (!version3_ && gamma != 0 && is_srgb_in_version4(file, bytes())) {
+  if (!version3_ && params.has("encoding") && gamma != 0 && is_srgb_in_version4(file, bytes())) {
     warn(params.where("encoding"), fmt::format("'encoding' has no effect, as in pbrt-v4, which asks for it of PNG alone: the "
                                                "values of '{}' are those of sRGB",
                                                file));
