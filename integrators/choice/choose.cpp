@@ -230,7 +230,8 @@ bool has_distant_light(const RenderContext& context) {
 
 // Does the method do what bdpt does?
 bool is_bdpt(const RenderContext& context, const std::string& method, const ParamMap& params) {
-  const bool asked = params.contains("radius") || params.contains("neighbours");
+  const auto is_given = [&](const char* name) { return params.contains(name) && !is_set(params, name, "0"); };
+  const bool asked = is_given("radius") || is_given("neighbours");
   return method == "bdpt" || (method == "vcm" && !asked && neighbours_by_need(context) == 0);
 }
 

@@ -126,8 +126,14 @@ std::vector<bool> coincide_with_others(const Scene& scene, std::span<const std::
   std::vector<Bounds> bounds;
   for (const Object& object : scene.objects) bounds.push_back(bounds_of(object.geometry));
   Search search(scene, points.size());
-  for (const Instance& instance : scene.instances)
+  constexpr std::size_t most = 100'000'000;  // points and primitives asked: a second or so
+  std::size_t count = 0, asked = 0;
+  for (const auto& list : points) count += list.size();
+  for (const Instance& instance : scene.instances) {
+    asked += count + scene.objects[instance.object].geometry.primitive_count();
+    if (asked > most) break;
     if (!bounds[instance.object].empty()) search.look_in(instance, bounds[instance.object], points);
+  }
   for (const InfinitePlane& plane : scene.planes) search.look_at(plane, points);
   return search.found();
 }
@@ -141,24 +147,27 @@ std::string lights_coincide(const RenderContext& context) {
   if (lights.empty()) return "";
   const std::size_t asked = std::min(lights.size(), most_points), of_each = std::min(most_points / asked, most_of_light);
   const float afar = clearance_from_afar(glm::length(scene.bounds().diagonal()));
-  std::vector<std::uint32_t> hidden(asked);
+  std::vector<double> power(asked), hidden(asked);
   parallel_for(asked, 1, [&](std::size_t i) {
     const AreaLight& light = *lights[i * lights.size() / asked];
     const AreaEmitter emitter(scene, light);
     if (!(emitter.area() > 0)) return;
+    power[i] = emitter.area() * luminance(light.radiance);
     Pcg32 random(i, 1);
     for (std::size_t j = 0; j < of_each; ++j) {
       const float u = random.next_float();
-      hidden[i] += is_hidden(context, light, emitter.sample({u, random.next_float()}), afar) ? 1 : 0;
+      if (is_hidden(context, light, emitter.sample({u, random.next_float()}), afar))
+        hidden[i] += power[i] / static_cast<double>(of_each);
     }
   });
-  const auto count = static_cast<double>(std::accumulate(hidden.begin(), hidden.end(), std::size_t{0}));
-  const double share = count / static_cast<double>(asked * of_each);
-  if (share < fewest_pixels) return "";
+  constexpr double least = 0.01;  // of the light, that a warning is worth
+  const double all = std::accumulate(power.begin(), power.end(), 0.0);
+  const double share = all > 0 ? std::accumulate(hidden.begin(), hidden.end(), 0.0) / all : 0;
+  if (share < least) return "";
   return fmt::format(
-      "{} of the area of lights lies in one place with other surfaces, as far as rounding tells: rays meet these, light "
-      "samples "
-      "and photons do not, so that methods differ; move one off the other",
+      "{} of the light of lamps comes from where they lie in one place with other surfaces, as far as rounding tells: rays "
+      "meet "
+      "these, light samples and photons do not, so that methods differ; move one off the other",
       percent(share));
 }
 

@@ -202,7 +202,7 @@ TEST(LightsCoincide, AreToldWhereALampLiesInTheCeilingItself) {
     return text;
   };
   for (const bool same : {false, true}) {
-    EXPECT_NE(told(0, same, false).find("of the area of lights lies in one place"), std::string::npos) << same;
+    EXPECT_NE(told(0, same, false).find("of the light of lamps comes from where they lie in one place"), std::string::npos) << same;
     EXPECT_NE(told(0, same, true), "") << "the lamp is there twice";
     EXPECT_EQ(told(1e-3f, same, false), "") << same;
   }
