@@ -264,16 +264,23 @@ std::optional<double> reference_noise(const SceneData& scene, const std::string&
 }  // namespace
 
 std::string noise_in_ratios(const ReportData& data) {
-  bool has_noise = false, is_known = true;
+  bool has_noise = false, is_known = true, is_taken_off = false;
   for (const SceneData& scene : data.scenes) {
     const auto noise = reference_noise(scene, data.main_metric());
     has_noise |= noise != 0.0;
     is_known &= noise.has_value();
+    is_taken_off |= noise.value_or(0) > 0;
   }
   if (!has_noise) return "";
-  return is_known ? "The noise of rendered references is taken from errors before they are compared; what is left counts as a "
-                    "tenth of it at least."
-                  : "Errors against rendered references hold the noise of these, which brings ratios nearer to 1.";
+  std::string note;
+  if (is_taken_off)
+    note =
+        "The noise of rendered references is taken from errors before they are compared; what is left counts as a tenth of "
+        "it at least.";
+  if (!is_known)
+    note += std::string(note.empty() ? "" : " ") +
+            "Errors against references whose noise nobody knows hold it, which brings ratios nearer to 1.";
+  return note;
 }
 
 std::optional<double> error_at(const SceneData& scene, const Configuration& configuration, const std::string& metric,
@@ -281,7 +288,7 @@ std::optional<double> error_at(const SceneData& scene, const Configuration& conf
   const auto estimate = estimate_at(configuration, metric, time_s);
   if (!estimate) return std::nullopt;
   const double noise = reference_noise(scene, metric).value_or(0);
-  return std::max(estimate->centre - noise, 0.1 * noise);
+  return noise > 0 ? std::max(estimate->centre - noise, 0.1 * noise) : estimate->centre;
 }
 
 std::vector<double> final_values(const Configuration& configuration, const std::string& metric) {
