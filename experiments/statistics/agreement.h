@@ -35,7 +35,7 @@ class BatchStatistics {
   std::uint64_t samples() const { return samples_per_batch_ * static_cast<std::uint64_t>(batches_); }  // per pixel
   const Image& mean() const { return mean_; }
   double mean_variance() const;  // variance of mean(), averaged over pixels and channels
-  // The same of variance over r^2 + relmse_epsilon: how much of a relMSE against r is noise of r, if r is mean().
+  // The same of variance over r^2 + relmse_epsilon: how much of a relMSE against r is the noise of mean(), which r holds.
   double relative_variance(const Image& r) const;
   // What a sample carries of those, rare and bright, that the noise consists of: third over second cumulant of a pixel's
   // sample, which of events in a Poisson process is their value, E[v^3] / E[v^2] if it varies; at three standard errors above.

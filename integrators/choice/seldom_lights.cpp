@@ -49,7 +49,7 @@ SampledLight sampled_light(const RenderContext& context, const LightSampler& all
     if (!light) continue;
     const Rgb scattered = bsdf.evaluate(wo, light->wi);
     if (is_black(scattered) || !unoccluded(context, shadow_ray(point, *light))) continue;
-    // Of as many lights as one stands for.
+    // The light stands for a group, and this is the chance of all of it.
     const double group = all.choice_probability(from, light->light) * static_cast<double>(count);
     double chance = context.lights.choice_probability(from, light->light) / group;
     if (by_both && !light->delta) chance += bsdf.pdf(wo, light->wi) * group / (light->pdf_solid_angle * count);

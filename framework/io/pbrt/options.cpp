@@ -241,9 +241,8 @@ void PbrtReader::untyped_option(PbrtLexer& lexer) {
   constexpr std::ptrdiff_t of_booleans = 6;
   const Token written = lexer.next();
   const Location where = lexer.where(written);
-  std::string name;
-  for (const char c : written.text)
-    if (c != '-' && c != '_') name += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  std::string name = in_lower_case(std::string(written.text));
+  std::erase_if(name, [](char c) { return c == '-' || c == '_'; });
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) throw Error(where, unknown_name("option", name, names));
   const Token value = lexer.next();
