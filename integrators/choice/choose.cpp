@@ -209,11 +209,9 @@ bool has_distant_light(const RenderContext& context) {
   constexpr float far = 30;  // times the extent of what is seen
   const Scene& scene = context.scene;
   std::vector<Bounds> of_pixel(asked_pixels);
-  share_of_pixels(context, [&](const Ray& ray, std::size_t pixel) {
+  for_asked_pixels(context, [&](const Ray& ray, std::size_t pixel) {
     const Hit hit = trace(context, ray);
-    const bool sees = hit && scene.surface_at(ray, hit).light == no_id;
-    if (sees) of_pixel[pixel].extend(ray.at(hit.t));
-    return sees;
+    if (hit && scene.surface_at(ray, hit).light == no_id) of_pixel[pixel].extend(ray.at(hit.t));
   });
   Bounds seen;
   for (const Bounds& b : of_pixel)
