@@ -233,10 +233,11 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
 // Balls of growing radius until one holds enough that count: behind a thin wall may lie thousands that do not, which would all
 // be among the nearest. Of those on the right side the nearest are looked at first, in groups that double, so that many which
 // a wall hides cost no more than to sort them.
-float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const {
+float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max, float guess) const {
   if (photons_.empty() || k < 1) return r_max;
   static thread_local Neighbours on_side;
-  const float first = std::max(0.25f * radius_, std::numeric_limits<float>::min());  // from zero it would not grow
+  // From zero it would not grow.
+  const float first = std::max(guess > 0 ? guess : 0.25f * radius_, std::numeric_limits<float>::min());
   const auto nearer = [](const Neighbour& a, const Neighbour& b) { return a.distance_squared < b.distance_squared; };
   for (float r = std::min(r_max, first);; r = std::min(r_max, 1.6f * r)) {
     const Neighbours& found = within(at.position(), r);

@@ -195,8 +195,9 @@ class PhotonMap {
       if (at.counts(photons_, id, options_.side_test)) visit(photons_.direction[id], at.reflected(photons_, id));
   }
 
-  // Distance to the k-th nearest photon that counts at the point, or `r_max` where there are fewer.
-  float distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max) const;
+  // Distance to the k-th nearest photon that counts at the point, or `r_max` where there are fewer. `guess`: a radius that may
+  // hold so many, which saves time and changes no answer; 0: none is known.
+  float distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max, float guess = 0) const;
 
   std::size_t size() const { return photons_.size(); }
   const Photons& photons() const { return photons_; }  // along a curve

@@ -12,6 +12,36 @@ struct NoArrival {
   void arrive(const Ray& /*way*/) const {}
 };
 
+// Distances to the k-th nearest photon, of the points that a tile sees. Two points' distances differ by no more than the points
+// lie apart, where the same photons count. So a point takes the distance of one on its side that is nearer than a fifth of it.
+// Where few photons count, distances are long and take the longest to find, and many points share one.
+class KnownRadii {
+ public:
+  KnownRadii(const PhotonMap& map, int k, float widest) : map_(map), k_(k), widest_(widest) {}
+
+  float operator()(const RenderContext& context, const GatherPoint& at) {
+    constexpr float share = 0.2f, same_side = 0.9f;
+    for (const Known& known : known_)
+      if (length_squared(at.position() - known.position) < square(share * known.radius) &&
+          glm::dot(at.normal(), known.normal) > same_side)
+        return known.radius;
+    const float guess = known_.empty() ? 0 : 1.15f * known_.back().radius;
+    known_.push_back({at.position(), at.normal(), map_.distance_to(context, k_, at, widest_, guess)});
+    return known_.back().radius;
+  }
+
+ private:
+  struct Known {
+    vec3 position, normal;
+    float radius;
+  };
+
+  const PhotonMap& map_;
+  int k_;
+  float widest_;
+  std::vector<Known> known_;
+};
+
 constexpr std::uint64_t pilot_key = 0xffffffffffffffffull;
 constexpr int few_neighbours = 20, many_neighbours = 50;  // of which the pilot chooses
 
@@ -116,15 +146,15 @@ InitialRadii ProgressivePasses::pilot(const RenderContext& context) {
   const PhotonMap map = pilot_map(context, params_.neighbours > 0 ? params_.neighbours : many_neighbours);
   const int neighbours = params_.neighbours > 0 ? params_.neighbours : is_even(context, map) ? many_neighbours : few_neighbours;
   InitialRadii radii(states(context), 0);
-  const int of_tails = std::max(1, neighbours / 4);
   parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
     std::vector<Rgb> unused;
+    std::array<KnownRadii, 2> known{{{map, neighbours, widest_}, {map, std::max(1, neighbours / 4), widest_}}};  // by kind
     for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
       camera<NoArrival>(context, path_tile(context.resolution, number), i, false, unused,
                         [&](ivec2 pixel, const GatherPoint& at, const Rgb&, auto&) {
-                          const std::size_t state = first_state(context, pixel, i) + (at.of_tails() ? 1 : 0);
-                          if (radii[state] == 0)
-                            radii[state] = map.distance_to(context, at.of_tails() ? of_tails : neighbours, at, widest_);
+                          const std::size_t kind = at.of_tails() ? 1 : 0;
+                          float& radius = radii[first_state(context, pixel, i) + kind];
+                          if (radius == 0) radius = known[kind](context, at);
                         });
   });
   for (std::size_t kind = 0; kind < kinds(); ++kind) {

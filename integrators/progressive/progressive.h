@@ -17,11 +17,12 @@
 // Photons are gathered at rough vertices and, with lobe tails = "gathered" where the camera path follows narrow rough lobes, in
 // their lobe tails (integrators/photons/photons.h), which have a radius of their own per pixel. That is the default of cppm.
 //
-// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, at most twice the
-// median of all pixels and 5 % of the scene's diagonal; in lobe tails to the fourth part of that, since they are a part of what
-// is reflected. It is independent of the photons that are gathered, and so adds no bias of its own. Photons that a wall hides
-// from the point do not count (integrators/photons/wall_grid.h), nor does the part of the disc behind it. Photons are emitted
-// by power, or where they will be seen (integrators/photons/photons.h); the region seen is found once, by two paths per pixel.
+// r_1 comes from a pilot pass: per pixel, the distance to the `neighbours`-th photon about the point seen, or about one that
+// lies within a fifth of that distance from it, at most twice the median of all pixels and 5 % of the scene's diagonal; in lobe
+// tails to the fourth part of that, since they are a part of what is reflected. It is independent of the photons that are
+// gathered, and so adds no bias of its own. Photons that a wall hides from the point do not count
+// (integrators/photons/wall_grid.h), nor does the part of the disc behind it. Photons are emitted by power, or where they will
+// be seen (integrators/photons/photons.h); the region seen is found once, by two paths per pixel.
 //
 // By default a pass has about as many photons as pixels: tracing and gathering them then take about as long as the camera
 // paths, and noise that does not come from photons (edges, reflections in glass) falls as fast as theirs. `photons_per_pixel`

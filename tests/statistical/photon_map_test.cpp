@@ -108,6 +108,8 @@ TEST(PhotonMap, DistanceIsFoundFromTheSmallestRadiusOfTheSearch) {
   const testing::SceneContext stage(testing::white_plane());
   EXPECT_EQ(map.distance_to(stage.context, 2, at, 10), 2);
   EXPECT_EQ(map.distance_to(stage.context, 4, at, 10), 10);
+  for (const float guess : {0.01f, 1.9f, 2.0f, 2.5f, 9.0f, 40.0f})
+    EXPECT_EQ(map.distance_to(stage.context, 2, at, 10, guess), 2) << guess;
 }
 
 // On a slanting plane, whose normal photons know rounded, grazing light is divided by the exact cosine; on another facet by the
