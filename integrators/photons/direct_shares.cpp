@@ -11,7 +11,7 @@ namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t first_look = 1, whole_look = 8;  // paths of a pilot's pixel: by default, and where pixels differ
+constexpr std::uint32_t first_look = 1, whole_look = 4;  // paths of a pilot's pixel: by default, and where pixels differ
 constexpr float contrast = 4;                            // of one pixel and the next that is a difference, as a ratio
 constexpr float most_further = 7;  // leave an eighth of the variance; deep paths through glass are not cheap
 
@@ -66,6 +66,7 @@ bool is_shown(const RenderContext& context, const Tile& tile) {
 DirectShares::DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, float further, bool direct)
     : sampler_(sampler), direct_(direct) {
   if (!(further > 0) || has_signed_filter(walk.context)) return;
+  const auto timed = walk.context.phases.measure("pilot");
   const ivec2 resolution = walk.context.resolution;
   SampleShares seen(resolution, 0, 0, true);
   seen.know_mean(mean_luminance(walk, sampler, direct));  // the same for a part of the image as for the whole
