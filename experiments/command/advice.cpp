@@ -7,6 +7,7 @@
 #include "framework/core/units.h"
 #include "framework/image/metrics.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/warnings/out_of_reach.h"
 
 #include <fmt/format.h>
 

@@ -10,9 +10,11 @@
 #include "framework/core/parallel.h"
 #include "framework/image/metrics.h"
 #include "integrators/choice/choose.h"
-#include "integrators/choice/coinciding.h"
-#include "integrators/choice/seldom_lights.h"
 #include "integrators/registry.h"
+#include "integrators/warnings/coinciding.h"
+#include "integrators/warnings/mixed_surfaces.h"
+#include "integrators/warnings/out_of_reach.h"
+#include "integrators/warnings/seldom_lights.h"
 
 #include <fmt/format.h>
 #include <algorithm>

@@ -85,4 +85,6 @@ std::string format_count(double count) { return scaled(count, {{1e9, "G"}, {1e6,
 
 std::string format_bytes(double bytes) { return scaled(bytes, {{0x1p30, "GiB"}, {0x1p20, "MiB"}, {0x1p10, "KiB"}, {0, "B"}}); }
 
+std::string format_percent(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.0995 ? 1 : 0); }
+
 }  // namespace etendue

@@ -14,5 +14,6 @@ std::int64_t parse_bytes(std::string_view text);  // B KB MB GB KiB MiB GiB
 std::string format_seconds(double seconds);  // "1.2 ms", "3.4 s", "2 min 05 s"
 std::string format_count(double count);      // "1.2 k", "3.4 M"
 std::string format_bytes(double bytes);      // "1.2 MiB"
+std::string format_percent(double share);    // "1.2 %", "34 %"
 
 }  // namespace etendue

@@ -18,18 +18,9 @@ inline constexpr double rays_per_second = 8e6;
 // nothing is stated, it is that of 64 iterations.
 double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings);
 
-// Says that light on what is seen comes by way of specular surfaces, that the method finds it by chance alone, if at all, and
-// which method brings it; of methods with photons or light paths, that hardly any of these land on what is seen, where their
-// `params` do not guide them. "" where neither holds. Runs a pilot where the scene needs one to tell.
-std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params = {});
-
-// Says that a surface that stops but a part of the light lies so near to another of its own layer that the method, which shares
-// light between near points, may take that on one for that on the other; "" where it does not, or none is seen.
-std::string surfaces_mixed(const RenderContext& context, const std::string& method, const ParamMap& params = {});
-
-// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, or always the same
-// one, whatever the method; "" where none is seen. Where both are at the same distance to the last bit, it is told of glass.
-std::string surfaces_coincide(const RenderContext& context);
+// Says that light on what is seen comes by way of specular surfaces, where the method finds it by chance alone, if at all, and
+// which method brings it; "" where it does not.
+std::string caustics_out_of_reach(const RenderContext& context, const PilotFindings& findings, const std::string& method);
 
 MethodChoice choose_method(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any);
 

@@ -4,6 +4,7 @@
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
 #include "integrators/pilot/caustic_need.h"
+#include "integrators/warnings/out_of_reach.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 #include "tests/unit/harness_process.h"

@@ -1,9 +1,11 @@
 // What a method leaves out or mixes up, as the warning beside its image says.
+#include "integrators/warnings/out_of_reach.h"
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
-#include "integrators/choice/coinciding.h"
-#include "integrators/choice/seldom_lights.h"
 #include "integrators/registry.h"
+#include "integrators/warnings/coinciding.h"
+#include "integrators/warnings/mixed_surfaces.h"
+#include "integrators/warnings/seldom_lights.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"
 
@@ -202,7 +204,8 @@ TEST(LightsCoincide, AreToldWhereALampLiesInTheCeilingItself) {
     return text;
   };
   for (const bool same : {false, true}) {
-    EXPECT_NE(told(0, same, false).find("of the light of lamps comes from where they lie in one place"), std::string::npos) << same;
+    EXPECT_NE(told(0, same, false).find("of the light of lamps comes from where they lie in one place"), std::string::npos)
+        << same;
     EXPECT_NE(told(0, same, true), "") << "the lamp is there twice";
     EXPECT_EQ(told(1e-3f, same, false), "") << same;
   }

@@ -81,6 +81,11 @@ TEST(ReportText, Base64MatchesTheVectorsOfRfc4648) {
 }
 
 TEST(ReportText, NoBytesAreZeroBytes) { EXPECT_EQ(format_bytes(0), "0 B"); }
+
+TEST(ReportText, SharesHaveADigitBehindThePointBelowTenPercent) {
+  EXPECT_EQ(format_percent(0.0123), "1.2 %");
+  EXPECT_EQ(format_percent(0.3449), "34 %");
+}
 TEST(ReportText, TimesAreToldInTheUnitThatTheyRoundTo) {
   EXPECT_EQ(format_seconds(0.9996), "1 s");
   EXPECT_EQ(format_seconds(0.9994), "999 ms");

@@ -4,16 +4,13 @@
 
 #include "framework/integrator.h"
 
-#include <span>
 #include <string>
-#include <vector>
 
 namespace etendue {
 
-// For each list of points, whether one of them lies, as far as rounding tells, on a surface of another material too, where one
-// of the two is glass. Looks once at every primitive of the instances near which there are points, and at the
-// first of these where they are very many.
-std::vector<bool> coincide_with_others(const Scene& scene, std::span<const std::vector<SurfacePoint>> points);
+// Says that surfaces of different materials lie in one place, so that rays meet one or the other by chance, or always the same
+// one, whatever the method; "" where none is seen. Where both are at the same distance to the last bit, it is told of glass.
+std::string surfaces_coincide(const RenderContext& context);
 
 // Says that lights lie in one place with other surfaces, or with each other, which rays meet in their place: light samples and
 // photons know nothing of that. "" where less than 1 % of their power does. Of more than 1,024 lights so many are asked.

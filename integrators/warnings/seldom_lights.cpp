@@ -1,7 +1,8 @@
-#include "integrators/choice/seldom_lights.h"
+#include "integrators/warnings/seldom_lights.h"
 
+#include "framework/core/units.h"
 #include "framework/transport/direct_light.h"
-#include "integrators/choice/seen_pixels.h"
+#include "integrators/warnings/seen_pixels.h"
 
 #include <algorithm>
 #include <array>
@@ -77,7 +78,7 @@ std::string lights_seldom_chosen(const RenderContext& context, const std::string
   return fmt::format(
       "direct light on {} of what is seen comes from lights that less than one light sample in {:.0f} chooses, since others "
       "have so much more power: {} leaves it noisy, or out; lights = \"uniform\" brings it",
-      percent(share), too_many_samples, method);
+      format_percent(share), too_many_samples, method);
 }
 
 }  // namespace etendue

@@ -1,10 +1,11 @@
-#include "integrators/choice/coinciding.h"
+#include "integrators/warnings/coinciding.h"
 
 #include "framework/core/parallel.h"
+#include "framework/core/units.h"
 #include "framework/scene/triangle_point.h"
 #include "framework/transport/area_light.h"
 #include "framework/transport/ray_tools.h"
-#include "integrators/choice/seen_pixels.h"
+#include "integrators/warnings/seen_pixels.h"
 
 #include <algorithm>
 #include <atomic>
@@ -120,8 +121,9 @@ Bounds bounds_of(const Geometry& g) {
   return bounds;
 }
 
-}  // namespace
-
+// For each list of points, whether one of them lies, as far as rounding tells, on a surface of another material too, where one
+// of the two is glass. Looks once at every primitive of the instances near which there are points, and at the first of these
+// where they are very many.
 std::vector<bool> coincide_with_others(const Scene& scene, std::span<const std::vector<SurfacePoint>> points) {
   std::vector<Bounds> bounds;
   for (const Object& object : scene.objects) bounds.push_back(bounds_of(object.geometry));
@@ -136,6 +138,41 @@ std::vector<bool> coincide_with_others(const Scene& scene, std::span<const std::
   }
   for (const InfinitePlane& plane : scene.planes) search.look_at(plane, points);
   return search.found();
+}
+
+}  // namespace
+
+std::string surfaces_coincide(const RenderContext& context) {
+  constexpr int most = 8;
+  const std::vector<Material>& materials = context.scene.materials;
+  const auto is_glass = [](const Material& m) { return std::holds_alternative<Dielectric>(m); };
+  const bool has_glass = std::ranges::any_of(materials, is_glass);
+  std::vector<std::vector<SurfacePoint>> seen(has_glass ? asked_pixels : 0);
+  // Straight on through glass, to what lies beneath.
+  double share = share_of_pixels(context, [&](Ray ray, std::size_t pixel) {
+    std::optional<SurfacePoint> last;
+    for (int met = 0; met < most; ++met) {
+      const Hit hit = trace(context, ray);
+      if (!hit) return false;
+      const SurfacePoint point = context.scene.surface_at(ray, hit);
+      const auto height = [&] { return std::abs(glm::dot(point.position - last->position, point.normal)); };
+      if (last && last->material != point.material && height() < point.clearance) return true;
+      if (last && !is_glass(materials[last->material])) return false;
+      if (has_glass) seen[pixel].push_back(point);
+      last = point;
+      ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
+    }
+    return false;
+  });
+  if (share < fewest_pixels && has_glass) {
+    const std::vector<bool> exactly = coincide_with_others(context.scene, seen);
+    share = static_cast<double>(std::ranges::count(exactly, true)) / asked_pixels;
+  }
+  if (share < fewest_pixels) return "";
+  return fmt::format(
+      "{} of what is seen are surfaces of different materials in one place, as far as rounding tells: "
+      "which of them a ray meets is chance, and light is lost there; move one off the other",
+      format_percent(share));
 }
 
 std::string lights_coincide(const RenderContext& context) {
@@ -168,7 +205,7 @@ std::string lights_coincide(const RenderContext& context) {
       "{} of the light of lamps comes from where they lie in one place with other surfaces, as far as rounding tells: rays "
       "meet "
       "these, light samples and photons do not, so that methods differ; move one off the other",
-      percent(share));
+      format_percent(share));
 }
 
 }  // namespace etendue

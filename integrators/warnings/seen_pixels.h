@@ -4,10 +4,7 @@
 #include "framework/core/parallel.h"
 #include "framework/integrator.h"
 
-#include <fmt/format.h>
-
 #include <numeric>
-#include <string>
 #include <vector>
 
 namespace etendue {
@@ -31,7 +28,5 @@ double share_of_pixels(const RenderContext& context, const Test& holds_of) {
   for_asked_pixels(context, [&](const Ray& ray, std::size_t i) { holds[i] = holds_of(ray, i); });
   return std::accumulate(holds.begin(), holds.end(), 0.0) / static_cast<double>(holds.size());
 }
-
-inline std::string percent(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.0995 ? 1 : 0); }
 
 }  // namespace etendue
