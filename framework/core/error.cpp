@@ -25,6 +25,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return previous[b.size()];
 }
 
+// Of ASCII alone: other bytes stay as they are.
+std::string lowered(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
+}
+
 std::string quoted_list(std::span<const std::string> names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -46,12 +54,13 @@ Error::Error(const Location& where, const std::string& what)
 
 std::vector<std::string> nearest_names(std::string_view word, std::span<const std::string> names, std::size_t most) {
   const std::size_t farthest = std::max<std::size_t>(2, word.size() / 3);
+  const std::string lower = lowered(word);
   std::vector<std::pair<std::size_t, std::string>> ranked;
   for (const std::string& name : names) {
     // Lengths that differ by more need as many edits: a word of megabytes is not compared.
     const std::size_t lengths = std::max(word.size(), name.size()) - std::min(word.size(), name.size());
-    std::size_t distance = lengths > farthest ? lengths : edit_distance(word, name);
-    if (word.size() >= 3 && name.find(word) != std::string::npos) distance = std::min<std::size_t>(distance, 1);
+    std::size_t distance = lengths > farthest ? lengths : edit_distance(lower, lowered(name));
+    if (word.size() >= 3 && lowered(name).find(lower) != std::string::npos) distance = std::min<std::size_t>(distance, 1);
     if (distance <= farthest) ranked.emplace_back(distance, name);
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -68,7 +77,9 @@ std::string unknown_name(std::string_view kind, std::string_view word, std::span
   if (!names.empty() && (nearest.empty() || names.size() <= 8)) {
     text += nearest.empty() ? "; available:" : " (available:";
     constexpr std::size_t most_shown = 100;  // a scene may name a million things
-    for (const std::string& name : names.first(std::min(names.size(), most_shown))) text += " " + name;
+    const bool spaced = std::ranges::any_of(names, [](const std::string& name) { return name.find(' ') != std::string::npos; });
+    for (const std::string& name : names.first(std::min(names.size(), most_shown)))
+      text += spaced ? fmt::format("{}'{}'", text.ends_with(':') ? " " : ", ", name) : " " + name;
     if (names.size() > most_shown) text += fmt::format(" and {} more", names.size() - most_shown);
     if (!nearest.empty()) text += ")";
   }

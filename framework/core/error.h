@@ -25,10 +25,10 @@ class Error : public std::runtime_error {
   Error(const Location& where, const std::string& what);  // "file:line:col: what"
 };
 
-// The names nearest to `word` by edit distance (at most `most`, nearest first), for "did you mean".
+// The names nearest to `word` by edit distance in any case (at most `most`, nearest first), for "did you mean".
 std::vector<std::string> nearest_names(std::string_view word, std::span<const std::string> names, std::size_t most = 3);
 
-// "unknown <kind> 'word'; did you mean 'a' or 'b'?" with all names when few, for use as an Error's text.
+// "unknown <kind> 'word'; did you mean 'a' or 'b'?" with all names when few (quoted if any has a space), for use as an Error's text.
 std::string unknown_name(std::string_view kind, std::string_view word, std::span<const std::string> names);
 
 }  // namespace etendue

@@ -112,6 +112,7 @@ TEST(Names, NearestComeFirst) {
   const std::vector<std::string> names{"photon-map", "path", "irradiance-cache"};
   EXPECT_EQ(nearest_names("pth", names).front(), "path");
   EXPECT_EQ(nearest_names("photon-mpa", names).front(), "photon-map");
+  EXPECT_EQ(nearest_names("PATH", names).front(), "path");
   EXPECT_TRUE(nearest_names("zzzz", names).empty());
 }
 
@@ -134,6 +135,11 @@ TEST(Names, OfManyAHundredAreShown) {
   for (int i = 0; i < 120; ++i) names.push_back(std::to_string(1000 + i));
   EXPECT_TRUE(unknown_name("id", "elsewhere", names).ends_with(" 1098 1099 and 20 more"))
       << unknown_name("id", "elsewhere", names);
+}
+
+TEST(Names, ThoseWithSpacesAreToldApart) {
+  const std::vector<std::string> names{"path tracing", "photon map", "vcm"};
+  EXPECT_EQ(unknown_name("method", "zzzz", names), "unknown method 'zzzz'; available: 'path tracing', 'photon map', 'vcm'");
 }
 
 TEST(Params, ValuesAreReadByType) {
