@@ -10,8 +10,9 @@
 #include "framework/io/text.h"
 #include "framework/io/whole_file.h"
 
-#include <cmath>
 #include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 
@@ -46,6 +47,19 @@ Image at_size_of(const Image& image, Image reference, const std::string& path, C
   if (factor < 2 || reference.size != factor * image.size) return reference;
   console.warning(fmt::format("{} is averaged over {} x {} pixels, to the size of the image", path, factor, factor));
   return averaged(reference, factor);
+}
+
+// Says where one image is there twice, as by --seeds s*.exr: what is counted twice hides noise.
+void warn_of_twins(const std::vector<std::string>& paths, const std::vector<Image>& images, Console& console) {
+  for (std::size_t i = 1; i < images.size(); ++i) {
+    const auto twin = std::ranges::find_if(images, [&](const Image& other) { return other.pixels == images[i].pixels; });
+    const auto first = static_cast<std::size_t>(twin - images.begin());
+    if (first < i)
+      console.warning(
+          fmt::format("{} has the pixels of {}: expected images of different seeds, or the tests count on less noise "
+                      "than there is",
+                      paths[i], paths[first]));
+  }
 }
 
 // Figures of several seeds, by name.
@@ -105,6 +119,7 @@ int compare_command(const CompareCommand& command) {
     if (images.size() == 1) reference = at_size_of(images[0], std::move(reference), command.reference, console);
     require_size(path, images.back().size, command, reference.size);
   }
+  warn_of_twins(paths, images, console);
   if (const std::string_view how = turned_against(images.front(), reference); !how.empty())
     console.warning(fmt::format("{} resembles {} {}", command.image, command.reference, how));
   Json json;

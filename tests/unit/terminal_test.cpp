@@ -178,6 +178,7 @@ TEST_F(Mistakes, LargerReferencesAreAveragedAndTurnedOnesAreTold) {
   EXPECT_NE(told.err.find("b.pfm is averaged over 2 x 2 pixels"), std::string::npos) << told.err;
   EXPECT_NE(told.err.find("a.pfm resembles b.pfm mirrored left to right"), std::string::npos) << told.err;
   EXPECT_NE(told.out.find("red_ratio          1\n"), std::string::npos) << told.out;
+  EXPECT_NE(told.err.find("a.pfm has the pixels of a.pfm"), std::string::npos) << told.err;
   EXPECT_EQ(run({"compare", "a.pfm", "c.pfm"}).status, 2);
 }
 
