@@ -60,7 +60,7 @@ const ExperimentKind& the_kind() {
   return kind;
 }
 
-// Adds one that comes from elsewhere, which is looked for before the others.
+// Adds one that comes from elsewhere.
 void add_experiment_kind(const ExperimentKind& kind);
 
 // What every kind measures, and the folders of its own; what only reports is left out.

@@ -24,7 +24,7 @@ std::vector<const ExperimentKind*>& kinds() {
 
 const std::vector<const ExperimentKind*>& experiment_kinds() { return kinds(); }
 
-void add_experiment_kind(const ExperimentKind& kind) { kinds().insert(kinds().begin(), &kind); }
+void add_experiment_kind(const ExperimentKind& kind) { kinds().push_back(&kind); }
 
 std::vector<Field> ExperimentKind::record_fields() const { return {}; }
 
@@ -39,7 +39,7 @@ const ExperimentKind& kind_of(const ConfigNode& root) {
   for (const ExperimentKind* kind : experiment_kinds())
     for (const std::string& key : kind->keys())
       if (find_key(root, key) != nullptr) return *kind;
-  return *experiment_kinds().back();
+  return images_kind();
 }
 
 std::vector<std::string> measured_code(const std::vector<std::string>& folders) {

@@ -32,6 +32,7 @@ TEST(ExampleKind, RunsLogsAndReports) {
   SilentObserver observer;
   const RunSummary first = execute_run(plan_run(options), observer);
   EXPECT_EQ(first.done, 1u);
+  EXPECT_EQ(kind_of(parse_config("scenes = []", "x.toml")).keys().size(), 0u) << "images stay what is asked for by default";
   EXPECT_NE(first.table.find("cornell-box"), std::string::npos) << first.table;
   EXPECT_EQ(execute_run(plan_run(options), observer).skipped, 1u) << "it is resumed";
   const RunLog log = read_log((directory / "out/runs.jsonl").string());
