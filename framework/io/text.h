@@ -36,10 +36,14 @@ std::string in_lower_case(std::string text);
 // `word` in quotes, shortened, with control characters shown as '?': fit for a message.
 std::string quote(std::string_view word);
 
+// With which some editors begin a file in UTF-8. Readers of text pass over it.
+inline constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+
 // Words and line ends of a text, with offsets; never past the end.
 class WordReader {
  public:
-  explicit WordReader(std::string_view text) : text_(text) {}
+  explicit WordReader(std::string_view text)
+      : text_(text), position_(text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0) {}
 
   bool at_end() const { return position_ >= text_.size(); }
   std::size_t offset() const { return position_; }
@@ -55,7 +59,7 @@ class WordReader {
   static bool is_space(char c) { return c == ' ' || c == '\t'; }
 
   std::string_view text_;
-  std::size_t position_ = 0;
+  std::size_t position_;
 };
 
 }  // namespace etendue

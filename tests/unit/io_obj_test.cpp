@@ -68,6 +68,12 @@ TEST(ObjReader, LineEndsAndContinuationsAreUnderstood) {
   }
 }
 
+TEST(ObjReader, ByteOrderMarkHidesNoVertex) {
+  const TriangleMesh mesh = parse_obj("\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nv 7 7 7\nf 1 2 3\n", "m.obj");
+  EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+  EXPECT_EQ(parse_smf("\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "m.smf").positions, mesh.positions);
+}
+
 TEST(ObjReader, ObsoleteFacesAreRead) {
   const std::string four = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n";
   EXPECT_EQ(parse_obj(four + "fo 1 2 3\nf 2 4 3\n", "m.obj").triangles,

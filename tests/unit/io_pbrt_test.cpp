@@ -61,6 +61,10 @@ TEST(Pbrt, WholeSceneIsRead) {
   expect_near(scene.instances.at(4).to_world.point({0, 0, 0.3f}), {0.5f, 0, 0.6f});
 }
 
+TEST(Pbrt, ByteOrderMarkIsPassedOver) {
+  EXPECT_EQ(parse_pbrt("\xef\xbb\xbf" + everything, "s.pbrt").hash(), parse_pbrt(everything, "s.pbrt").hash());
+}
+
 TEST(Pbrt, CameraLooksAlongItsTransform) {
   const Scene scene =
       parse_pbrt("LookAt 1 2 3  1 2 -7  0 1 0\nCamera \"perspective\" \"float fov\" 60\nWorldBegin\n" + triangle, "s.pbrt");

@@ -27,8 +27,9 @@ namespace {
 // Ear clipping takes time quadratic in the corners.
 constexpr std::size_t most_corners = 4096;
 
-// Ends of lines that a backslash continues become blanks, and so do comments.
+// Ends of lines that a backslash continues become blanks, and so do comments and a byte order mark.
 void join_lines(std::string& text) {
+  if (text.starts_with(byte_order_mark)) std::fill_n(text.begin(), byte_order_mark.size(), ' ');
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '#') {
       for (; i < text.size() && text[i] != '\n' && text[i] != '\r'; ++i) text[i] = ' ';

@@ -13,6 +13,12 @@ bool ends_word(char c) { return is_blank(c) || c == '[' || c == ']' || c == '"' 
 
 }  // namespace
 
+PbrtLexer::PbrtLexer(std::string text, std::string file, SceneFiles& files)
+    : text_(std::move(text)),
+      file_(std::make_shared<const std::string>(std::move(file))),
+      files_(files),
+      position_(text_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0) {}
+
 char PbrtLexer::advance() {
   const char c = text_[position_++];
   if (c == '\n' || (c == '\r' && (position_ == text_.size() || text_[position_] != '\n'))) {

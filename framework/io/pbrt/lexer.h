@@ -28,8 +28,7 @@ struct Token {
 class PbrtLexer {
  public:
   // `files` reads what the text names.
-  PbrtLexer(std::string text, std::string file, SceneFiles& files)
-      : text_(std::move(text)), file_(std::make_shared<const std::string>(std::move(file))), files_(files) {}
+  PbrtLexer(std::string text, std::string file, SceneFiles& files);
   PbrtLexer(const PbrtLexer&) = delete;
   PbrtLexer& operator=(const PbrtLexer&) = delete;
 
@@ -55,7 +54,7 @@ class PbrtLexer {
   std::shared_ptr<const std::string> file_;
   SceneFiles& files_;
   bool is_scene_ = false;
-  std::size_t position_ = 0;
+  std::size_t position_;
   int line_ = 1, column_ = 1;
   Token peeked_;
   bool has_peeked_ = false;
