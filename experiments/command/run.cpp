@@ -36,7 +36,7 @@ void print_plan(const RunPlan& plan, Console& console) {
   const std::size_t left = plan.cells.size() - done;
   if (plan.config.structures)
     console.line(fmt::format("{} structures timed on {} scenes", plan.config.accels.size(), plan.config.scenes.size()));
-  console.line(fmt::format("{} cells, {} to run; into {}", plan.cells.size(), left, plan.directory));
+  console.line(fmt::format("{}, {} to run; into {}", counted(plan.cells.size(), "cell"), left, plan.directory));
   if (const std::string effort = plan.config.kind->effort(plan.config); left > 0 && !effort.empty())
     console.line("each cell: " + effort);
   if (left > 0 && plan.config.budget.time_s)

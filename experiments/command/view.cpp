@@ -16,7 +16,8 @@ namespace {
 
 const Location camera_option{"--camera"};
 constexpr const char* expected_view =
-    "the name of a camera of the file, or \"EYE TARGET [UP] [FOV]\", such as \"0,1,4 0,1,0 40\"";
+    "the name of a camera of the file, or \"EYE TARGET [UP] [FOV]\", such as \"0,1,4 0,1,0 40\", with points as "
+    "x,y,z and FOV in 0.001 .. 179.9 degrees";
 
 std::optional<vec3> point_of(const std::string& word) {
   std::vector<float> numbers;

@@ -42,7 +42,7 @@ std::string Budget::text() const {
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
   if (error) add(fmt::format("relmse {:g}", *error));
-  if (samples) add(fmt::format("{} iterations", *samples));
+  if (samples) add(fmt::format("{} iteration{}", *samples, *samples == 1 ? "" : "s"));
   if (time_s) add(format_seconds(*time_s));
   return text;
 }
