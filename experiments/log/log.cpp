@@ -1,5 +1,6 @@
 #include "experiments/log/log.h"
 
+#include "experiments/config/cells.h"
 #include "experiments/log/json_line.h"
 #include "framework/core/check.h"
 #include "framework/core/error.h"
@@ -83,6 +84,36 @@ class CellBlocks {
   using Block = std::pair<CellRecord, std::vector<CheckpointRecord>>;
   std::map<CellName, std::size_t> position_;
   std::vector<Block> blocks_;
+};
+
+// Where cells of several logs would stand in the log of one process.
+class CellPlaces {
+ public:
+  void add(const RunLog& log) {
+    const PlanRecord plan = log.plans.empty() ? PlanRecord{} : log.plans.back();
+    const bool is_shard = plan.shard >= 0 && plan.shard < plan.shards && plan.shards > 1 && plan.shards <= most_shards;
+    const Shard shard = is_shard ? Shard{plan.shard, plan.shards} : Shard{};
+    const std::string run = is_shard ? fmt::format("{} {} {}", plan.experiment_hash, plan.filter, plan.shards)
+                                     : fmt::format("log {}", runs_.size());
+    const std::size_t of_run = runs_.try_emplace(run, runs_.size()).first->second;
+    std::size_t next = 0;
+    const auto place = [&](const CellName& cell) {
+      while (!in_shard(next, shard)) ++next;
+      if (places_.try_emplace(cell, of_run, next).second) ++next;
+    };
+    for (const CellRecord& record : log.cells) place(record.cell);
+    for (const auto& record : log.records) place(record->cell);
+  }
+  void sort(RunLog& log) const {
+    std::ranges::stable_sort(log.cells, {}, [&](const CellRecord& record) { return places_.at(record.cell); });
+    std::ranges::stable_sort(log.records, {}, [&](const auto& record) { return places_.at(record->cell); });
+  }
+
+ private:
+  static constexpr int most_shards = 1'000'000;  // of more, places are not worth the time
+
+  std::map<std::string, std::size_t> runs_;                         // their order
+  std::map<CellName, std::pair<std::size_t, std::size_t>> places_;  // run, and place there
 };
 
 std::string read_all(const std::string& path) {
@@ -257,7 +288,9 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
   RunLog merged;
   merged.finished = !logs.empty();
   CellBlocks blocks;
+  CellPlaces places;
   for (const RunLog& log : logs) {
+    places.add(log);
     merged.finished = merged.finished && log.finished;
     merged.torn = merged.torn || log.torn;
     merged.took_s += log.took_s;
@@ -274,6 +307,7 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
     for (const auto& record : log.cells) blocks.put(record, std::move(checkpoints[record.cell]));
   }
   blocks.move_into(merged);
+  places.sort(merged);
   return merged;
 }
 

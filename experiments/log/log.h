@@ -269,7 +269,7 @@ RunLog read_log(const std::string& path, std::vector<DamagedLine>& damaged);
 void set_aside(const std::string& path, const std::vector<DamagedLine>& damaged);
 // The record takes the place of what the log has of the same configuration, region and points.
 void add_products(RunLog& log, ProductsRecord record);
-// Merges logs of shards, in order; the same cell twice counts once (the last).
+// Merges logs of shards, as one process would have written them; the same cell twice counts once (the last).
 RunLog merge_logs(const std::vector<RunLog>& logs);
 
 // Appends whole blocks, sealed. Opening cuts a torn last line and checkpoints that no `cell` line closed.

@@ -188,6 +188,12 @@ TEST_F(Run, ShardsAreAPartitionAndMergeInTheReport) {
   }
   EXPECT_EQ(shards[0].cells.size() + shards[1].cells.size() + shards[2].cells.size(), 16u);
   EXPECT_EQ(results(merge_logs(shards)), results(log("whole")));
+  const auto order = [](const RunLog& log) {
+    std::vector<std::string> cells;
+    for (const CellRecord& cell : log.cells) cells.push_back(cell.cell.key());
+    return cells;
+  };
+  EXPECT_EQ(order(merge_logs(shards)), order(log("whole"))) << "methods keep their order, and so their colours";
   const Outcome report = run({"report", "shard-0", "shard-1", "shard-2", "--out", "merged"});
   EXPECT_EQ(report.status, 0) << report.err;
   EXPECT_TRUE(std::filesystem::exists(directory_ / "merged/report.html"));
