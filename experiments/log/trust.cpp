@@ -116,6 +116,11 @@ std::vector<std::string> missing_parts(const std::vector<RunLog>& logs, const st
       findings.push_back(fmt::format(
           "{}: the run has not finished, or its log was cut short: {}{} cells are there; the same `etendue run` goes on",
           directories[i], log.cell_count(), planned));
+    } else if (!log.plans.empty() && log.cell_count() < log.plans.back().cells) {
+      findings.push_back(
+          fmt::format("{}: lines of its log are missing: {} of {} cells are there; the same `etendue run` makes "
+                      "the others again",
+                      directories[i], log.cell_count(), log.plans.back().cells));
     }
     for (const PlanRecord& plan : log.plans) {
       Shards& run = runs[{plan.experiment_hash, plan.filter, plan.shards}];

@@ -322,6 +322,16 @@ TEST_F(Report, MissingShardsAndUnfinishedRunsAreFound) {
   EXPECT_NE(three[0].find("shard-1: the run has not finished"), std::string::npos) << three[0];
 }
 
+TEST_F(Report, LinesThatALogHasLostAreFound) {
+  const RunLog log = small_log();
+  const std::string whole = directory("whole", log);
+  LogWriter((fs::path(whole) / "runs.jsonl").string())
+      .append({to_json_line(PlanRecord{"hash", "", 0, 1, log.cells.size() + 2, log.cells.size() + 2}), finished_line()});
+  const auto findings = write_report({whole}, out()).findings;
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_NE(findings[0].find("lines of its log are missing"), std::string::npos) << findings[0];
+}
+
 TEST_F(Report, ImagesBeyondTheBudgetLieBesideThePage) {
   RunLog log = small_log();
   log.references[0].file = "ref.exr";
