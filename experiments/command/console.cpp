@@ -1,6 +1,7 @@
 #include "experiments/command/console.h"
 
 #include "experiments/report/report_text.h"
+#include "experiments/run/suspension.h"
 #include "framework/core/counters.h"
 #include "framework/core/error.h"
 #include "framework/core/memory.h"
@@ -224,6 +225,7 @@ namespace {
 
 int guarded(const std::function<int()>& program) {
   std::set_terminate(end_cleanly);
+  count_suspensions();
   std::signal(SIGXFSZ, SIG_IGN);  // too large a file is an error of the write then
   try {
     start_threads(hardware_threads());  // before memory is taken

@@ -6,6 +6,7 @@
 #include "experiments/report/report_text.h"
 #include "experiments/run/memory_forecast.h"
 #include "experiments/run/reference.h"
+#include "experiments/run/suspension.h"
 #include "framework/core/units.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
@@ -136,8 +137,9 @@ int judge(const Rendering& r, const Budget& asked, double gone_s, Console& conso
   if (!result.fallback.empty()) console.warning(fmt::format("{}: {}", r.accel.name, result.fallback));
   warn_of_non_finite(result, console);
   if (asked.time_s && gone_s + end.time_s > 1.1 * *asked.time_s)
-    console.warning(fmt::format("took {} of {}: reading, preparation and a first iteration cannot be cut short",
-                                format_seconds(gone_s + end.time_s), format_seconds(*asked.time_s)));
+    console.warning(fmt::format("took {} of {}: {}", format_seconds(gone_s + end.time_s), format_seconds(*asked.time_s),
+                                suspensions() > 0 ? "the process was suspended, and the clock ran on"
+                                                  : "reading, preparation and a first iteration cannot be cut short"));
   if (result.stopped) return 130;
   if (r.repeats && !*r.repeats) {
     console.warning(fmt::format("not the bits of {}", r.command.from));

@@ -52,17 +52,19 @@ class RecordExecution {
   void run_one(const Cell& cell, std::size_t position, std::size_t count) {
     observer_.cell_started(cell.name, position, count);
     const auto elapsed = [start = now_s()] { return now_s() - start; };
-    const std::unique_ptr<KindRecord> record = work_.begin(cell);
+    std::unique_ptr<KindRecord> record = work_.begin(cell);
     CheckpointRecord last;
     last.cell = cell.name;
     CellRecord cell_record;
     cell_record.cell = cell.name;
-    const auto failure = failure_of([&] {
+    const auto fill = [&] {
+      record = work_.begin(cell);
       work_.fill(cell, *record, directory_, [&](double share, std::uint64_t steps) {
         last.iterations = steps;
         observer_.cell_progress(share, steps, elapsed());
       });
-    });
+    };
+    const auto failure = failure_of(fill, observer_);
     cell_record.status = failure ? "failed" : "done";
     cell_record.error = failure.value_or("");
     ++(failure ? summary_.failed : summary_.done);

@@ -5,6 +5,7 @@
 #include "experiments/report/report.h"
 #include "experiments/report/report_text.h"
 #include "experiments/run/recipe.h"
+#include "experiments/run/suspension.h"
 #include "framework/core/parallel.h"
 #include "framework/io/load_scene.h"
 
@@ -105,7 +106,8 @@ void narrate_skipped(const RunPlan& plan, std::size_t skipped, RunObserver& obse
 }
 
 void report_run(const RunPlan& plan, RunSummary& summary) {
-  Report report = write_report({plan.directory}, plan.directory, {.table_formats = plan.config.table_formats, .of_a_run = true});
+  Report report =
+      write_report({plan.directory}, plan.directory, {.table_formats = plan.config.table_formats, .of_a_run = true});
   summary.report_files = std::move(report.files);
   summary.findings = std::move(report.findings);
   summary.notes = std::move(report.notes);
@@ -113,10 +115,17 @@ void report_run(const RunPlan& plan, RunSummary& summary) {
   if (summary.table.empty()) summary.table = "The log holds no finished cell.\n";
 }
 
-std::optional<std::string> failure_of(const std::function<void()>& work) {
+std::optional<std::string> failure_of(const std::function<void()>& work, RunObserver& observer) {
+  constexpr int most_times = 3;
   try {
-    work();
-    return std::nullopt;
+    for (int i = 0; i < most_times; ++i) {
+      if (i > 0) observer.warn("the process was suspended while the cell's clock ran: the cell runs again");
+      const int before = suspensions();
+      work();
+      if (suspensions() == before) return std::nullopt;
+    }
+    return fmt::format("suspended each of the {} times that it ran, while its clock ran on; expected a process that is not",
+                       most_times);
   } catch (const std::bad_alloc&) {
     return "out of memory";
   } catch (const std::exception& e) {

@@ -1,6 +1,7 @@
 // `etendue run` from outside: interrupted anywhere it resumes, and ends with what an uninterrupted run would have written.
 #include "experiments/log/log.h"
 #include "experiments/run/run.h"
+#include "experiments/run/suspension.h"
 #include "framework/io/image/exr.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/run_results.h"
@@ -8,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <map>
 #include <sstream>
@@ -266,6 +268,30 @@ TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
   EXPECT_EQ(second.skipped, 2u);
   EXPECT_EQ(second.done, 2u);
   for (const CellRecord& cell : log("failing").cells) EXPECT_EQ(cell.status, "done");
+}
+
+// By Ctrl-Z or a batch system; their clock ran on meanwhile.
+TEST_F(Run, SuspendedCellsRunAgain) {
+  count_suspensions();
+  RunOptions options;
+  options.experiment = (directory_ / "small.toml").string();
+  options.out = (directory_ / "suspended").string();
+  options.quick = true;
+  SilentObserver observer;
+  std::size_t runs = 0;
+  const auto once = [&](const CellTask& task) {
+    if (++runs == 1) std::raise(SIGCONT);
+    return run_cell(task);
+  };
+  EXPECT_EQ(execute_run(plan_run(options), observer, once).done, 4u);
+  EXPECT_EQ(runs, 5u);
+  options.fresh = true;
+  const auto always = [](const CellTask& task) {
+    std::raise(SIGCONT);
+    return run_cell(task);
+  };
+  EXPECT_EQ(execute_run(plan_run(options), observer, always).failed, 4u);
+  EXPECT_TRUE(log("suspended").cells[0].error.starts_with("suspended each of the 3 times")) << log("suspended").cells[0].error;
 }
 
 // A mirror shows the caustic of a point light, which merging alone finds: there is nothing to judge a method by.

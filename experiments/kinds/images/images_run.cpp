@@ -200,7 +200,7 @@ class Execution {
     record.parameters = parameters_of(config_.integrators[cell.integrator]);
     record.accel_parameters = parameters_of(config_.accels[cell.accel]);
     CellResult result;
-    const auto failure = failure_of([&] { result = compute(cell); });
+    const auto failure = failure_of([&] { result = compute(cell); }, observer_);
     record.status = failure ? "failed" : "done";
     if (failure) {
       record.error = *failure;
