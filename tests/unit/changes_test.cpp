@@ -157,6 +157,20 @@ TEST(Changes, PredictionsAreComparedWhateverTheirVerdicts) {
   EXPECT_EQ(changes[0].got_worse(), std::nullopt);
 }
 
+// What moved the farthest changes its verdict: it must not be left out for that.
+TEST(Changes, WordsThatSayWhatWasFoundDoNotNameARow) {
+  const auto table = [](const char* verdict, double value) {
+    Table made{"ledger-scenes", "Decisions", {{"component", "component", false}, {"verdict", "verdict", false}}};
+    for (const char* key : {"error", "error_low", "error_high"}) made.columns.push_back({key, ""});
+    made.rows.push_back({"caustic map", verdict, value, value - 0.1, value + 0.1});
+    return std::vector{made};
+  };
+  const auto changes = compare_tables(table("earns its time", 2), table("contradicted", 0.5));
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].row, "caustic map");
+  EXPECT_TRUE(changes[0].moved());
+}
+
 TEST(Changes, TablesOfOneLogAloneAreLeftOut) {
   EXPECT_TRUE(compare_tables({}, std::vector{table_of({{"path", 1, 1, 1}})}).empty());
 }

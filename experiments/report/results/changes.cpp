@@ -42,12 +42,16 @@ std::vector<FigureColumns> figure_columns(const Table& table) {
   return found;
 }
 
-// The words of a row: columns of words are set flush left. Words of a later group, such as verdicts, go with the figures.
+// Columns whose words say what was found, and change when a figure moves.
+constexpr std::array found_words{"interval", "same_image", "verdict", "why", "with", "without"};
+
+// The words of a row: columns of words are set flush left. Those of a later group go with the figures.
 std::string row_name(const Table& table, const std::vector<TableCell>& row) {
   std::string name;
   for (std::size_t i = 0; i < row.size(); ++i)
-    if (const TableColumn& column = table.columns[i];
-        !column.right && column.audience == Audience::everyone && column.group == 0 && !row[i].raw.empty())
+    if (const TableColumn& column = table.columns[i]; !column.right && column.audience == Audience::everyone &&
+                                                      column.group == 0 && !row[i].raw.empty() &&
+                                                      std::ranges::find(found_words, column.key) == found_words.end())
       name += (name.empty() ? "" : ", ") + row[i].raw;
   return name;
 }

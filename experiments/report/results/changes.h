@@ -2,8 +2,9 @@
 //
 // An interval is a pair of columns beside the figure's own: K, K_low and K_high; K_mean, K_low and K_high; or median or
 // measured, low and high. What K_interval calls "min-max", the extremes of two seeds, or "none", a single one, is none. Rows
-// are the same where the words are that stand beside each group of their table; of rows with equal words the first is held
-// against the first, and so on. Errors at a scene's common time are compared where that time is the same to 1 %.
+// are the same where the words are that stand beside each group of their table, but for those that say what was found, such as
+// verdicts; of rows with equal words the first is held against the first, and so on. Errors at a scene's common time are
+// compared where that time is the same to 1 %.
 //
 // The older log is gone once the newer has taken its place, so what moved is kept beside that as data: a line that says between
 // which commits and how many figures were compared, a line for each figure that moved, with tabs between its fields, and a
