@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace etendue {
@@ -38,7 +39,8 @@ FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, cons
         b += below[seed];
       }
       out[0] = std::sqrt(a / static_cast<double>(seeds.size()));
-      out[1] = std::sqrt(a / b);
+      // Where noise leaves both below zero, their quotient is above it and means nothing.
+      out[1] = a < 0 || b < 0 ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(a / b);
     };
     std::vector<std::size_t> all(above.size());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
@@ -134,7 +136,7 @@ std::string order_of_ratios(const std::vector<FoundRatio>& ratios, const ShortNa
         const double expected = group[i]->prediction->expected->low - group[j]->prediction->expected->low;
         if (expected == 0) continue;
         ++pairs;
-        kept += (expected > 0) == (group[i]->ratio > group[j]->ratio);
+        kept += expected > 0 ? group[i]->ratio > group[j]->ratio : group[i]->ratio < group[j]->ratio;
       }
     const FoundRatio& first = *group.front();
     const std::string place = first.prediction->region.empty() ? "" : ", " + first.prediction->region;

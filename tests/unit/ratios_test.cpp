@@ -109,6 +109,24 @@ TEST(Ratios, ReferencesNoiseIsTakenAway) {
   EXPECT_NE(find_ratios(drowned)[0].problem.find("noise"), std::string::npos);
 }
 
+// A resample in which both errors fall below the noise has no ratio, though the quotient of two negative numbers is one.
+TEST(Ratios, ResamplesBelowTheReferencesNoiseHaveNone) {
+  RunLog log = three_methods(8);
+  const auto seeds_have = [&](const char* name, double few, double most) {
+    for (CheckpointRecord& record : log.checkpoints)
+      if (record.cell.integrator == name) record.metrics["mse"] = record.cell.seed <= 2 ? few : most;
+  };
+  log.references[0].mse_floor = 1e-3;
+  seeds_have("cache metric=a records=9", 5e-3, 0.9e-3);  // 4e-3 twice and -1e-4 six times
+  seeds_have("cache metric=b records=9", 21e-3,
+             0.1e-3);  // 2e-2 twice and -9e-4 six times: 9 times as much where no seed is above
+  const ReportData data = arrange(log);
+  const FoundRatio ratio = find_ratios(data).at(0);
+  ASSERT_EQ(ratio.problem, "");
+  ASSERT_TRUE(ratio.ratio_interval);
+  EXPECT_LE(ratio.ratio_interval->high, std::sqrt(5.0) + 1e-9) << "3 is the root of 9e-4 over 1e-4";
+}
+
 TEST(Ratios, FewSeedsHaveNoInterval) {
   const RunLog log = three_methods(2);
   const ReportData data = arrange(log);
