@@ -224,10 +224,11 @@ std::optional<MeasuredRate> measured_rate(const Configuration& configuration, co
   const double middle = std::sqrt(by_iteration.begin()->first * by_iteration.rbegin()->first);
   while (by_iteration.size() > 3 && by_iteration.begin()->first < middle) by_iteration.erase(by_iteration.begin());
 
-  const double floor = metric == "mse" && reference != nullptr ? reference->mse_floor : 0;
+  const std::optional<double> floor = reference_noise(reference, metric);
+  if (!floor) return std::nullopt;  // it would flatten the curve by nobody knows how much
   std::vector<RatePoint> points;
   for (const auto& [iterations, values] : by_iteration)
-    points.push_back(diagonal_point(std::vector<double>(replicates, iterations), values, floor));
+    points.push_back(diagonal_point(std::vector<double>(replicates, iterations), values, *floor));
   const auto fit = fit_rate(points, "mse", Prediction::Model::power);
   // What noise left above zero says nothing of what was below.
   return fit && fit->dropped == 0 ? std::optional(MeasuredRate{*fit, replicates, metric}) : std::nullopt;

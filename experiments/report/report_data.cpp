@@ -251,22 +251,17 @@ std::optional<Estimate> estimate_at(const Configuration& configuration, const st
   return with_sign ? signed_estimate(values) : geometric_estimate(values);
 }
 
-namespace {
-
-// The part of every value of a metric that is the noise of the scene's reference; nullopt where nobody knows it.
-std::optional<double> reference_noise(const SceneData& scene, const std::string& metric) {
-  if (scene.reference == nullptr || scene.reference->mse_floor <= 0) return 0;
-  if (metric == "mse") return scene.reference->mse_floor;
-  if (metric == "relmse" && scene.reference->relmse_floor > 0) return scene.reference->relmse_floor;
+std::optional<double> reference_noise(const ReferenceRecord* reference, const std::string& metric) {
+  if (reference == nullptr || reference->mse_floor <= 0) return 0;
+  if (metric == "mse") return reference->mse_floor;
+  if (metric == "relmse" && reference->relmse_floor > 0) return reference->relmse_floor;
   return std::nullopt;
 }
-
-}  // namespace
 
 std::string noise_in_ratios(const ReportData& data) {
   bool has_noise = false, is_known = true, is_taken_off = false;
   for (const SceneData& scene : data.scenes) {
-    const auto noise = reference_noise(scene, data.main_metric());
+    const auto noise = reference_noise(scene.reference, data.main_metric());
     has_noise |= noise != 0.0;
     is_known &= noise.has_value();
     is_taken_off |= noise.value_or(0) > 0;
@@ -287,7 +282,7 @@ std::optional<double> error_at(const SceneData& scene, const Configuration& conf
                                double time_s) {
   const auto estimate = estimate_at(configuration, metric, time_s);
   if (!estimate) return std::nullopt;
-  const double noise = reference_noise(scene, metric).value_or(0);
+  const double noise = reference_noise(scene.reference, metric).value_or(0);
   return noise > 0 ? std::max(estimate->centre - noise, 0.1 * noise) : estimate->centre;
 }
 

@@ -98,6 +98,9 @@ std::string short_label(const ReportData& data, const Configuration& configurati
 // One replicate's metric; checkpoints at time 0, out of order or without the metric are left out.
 Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa abscissa);
 
+// The part of every value of a metric that is the reference's noise; nullopt where nobody knows it.
+std::optional<double> reference_noise(const ReferenceRecord* reference, const std::string& metric);
+
 // For people, beneath ratios of errors: what became of the noise of references; "" where they have none.
 std::string noise_in_ratios(const ReportData& data);
 

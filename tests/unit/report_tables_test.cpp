@@ -130,6 +130,24 @@ TEST(ReportData, NoRateIsMeasuredBelowTheReferencesNoise) {
   EXPECT_EQ(final_table(data).rows[1][column(final_table(data), "measured_mse_exponent")].raw, "");
 }
 
+// Where no mse was logged, the exponent is that of relmse: its part of the noise is taken off, and where nobody knows that part
+// there is no exponent, for the noise would flatten the curve.
+TEST(ReportData, RateOfRelativeErrorsIsFreeOfTheReferencesNoise) {
+  RunLog log = small_log();
+  for (CheckpointRecord& record : log.checkpoints) {
+    record.metrics.erase("mse");
+    record.metrics["relmse"] += 0.02;
+  }
+  log.references[0].mse_floor = log.references[0].relmse_floor = 0.02;
+  const ReportData data = arrange(log);
+  const auto path = measured_rate(data.scenes[0].configurations[0], data.scenes[0].reference);
+  ASSERT_TRUE(path);
+  EXPECT_EQ(path->metric, "relmse");
+  EXPECT_NEAR(path->fit.exponent, -1, 1e-6);
+  log.references[0].relmse_floor = 0;
+  EXPECT_FALSE(measured_rate(data.scenes[0].configurations[0], data.scenes[0].reference));
+}
+
 // The curves are the same, and the better one ends sooner.
 TEST(ReportData, NobodyLeadsWhereOthersHaveEnded) {
   RunLog log;
