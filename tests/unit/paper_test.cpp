@@ -35,7 +35,7 @@ TEST(PaperPictures, DifferencesAreSigned) {
 TEST(PaperCharts, PointsOfAllSeriesAreInOneTable) {
   Chart chart{.title = "50% of_it", .x = {"time (s)"}, .y = {"relMSE"}};
   ChartSeries path{.key = "a", .label = "path"}, band{.key = "b", .label = "sppm & more"};
-  path.points = {{1, 0.1}, {2, 0}};
+  path.points = {{1, 0.1}, {2, 0}, {3, 0.1, 1e-9, 0.2}};
   band.style(1);
   band.points = {{1, 0.1, 0.05, 0.2}, {2, 0.01, 0.005, 0.02}};
   chart.series = {path, band};
@@ -43,6 +43,7 @@ TEST(PaperCharts, PointsOfAllSeriesAreInOneTable) {
   const std::string data = pgfplots_data(figure), text = to_pgfplots(figure, "f.dat");
   EXPECT_TRUE(data.starts_with("series x y low high\n# 0: 50% of_it: path\n0 1 0.1 0.1 0.1\n0 2 ")) << data;
   EXPECT_EQ(data.find("\n0 2 0 "), std::string::npos) << "a log axis has no zero";
+  EXPECT_NE(data.find("\n0 3 0.1 1e-09 0.2\n"), std::string::npos) << "what lies beyond the axis is what it is: " << data;
   EXPECT_NE(data.find("\n1 2 0.01 0.005 0.02\n"), std::string::npos) << data;
   for (const char* part :
        {"title={50\\% of\\_it}", "xmode=log", "fill between[of=low1 and high1]", "{path}", "{sppm \\& more}"})

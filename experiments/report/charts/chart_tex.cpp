@@ -106,11 +106,12 @@ std::string pgfplots_data(const Figure& figure) {
     // A log axis has no place for what lies at or below zero: such points lie on its lower edge, as in the SVG.
     const double least =
         chart.rows.empty() && chart.y.scale == Scale::log ? chart.y.range.value_or(natural_y_range(chart)).low : -infinity;
+    const auto placed = [&](double value) { return value > 0 ? value : std::max(value, least); };
     for (const ChartSeries& series : chart.series) {
       data += fmt::format("# {}: {}{}\n", number, chart.title.empty() ? "" : chart.title + ": ", series.label);
       for (const ChartPoint& point : series.points)
-        data += fmt::format("{} {:.6g} {:.6g} {:.6g} {:.6g}\n", number, point.x, std::max<double>(point.y, least),
-                            std::max<double>(point.low, least), std::max<double>(point.high, least));
+        data += fmt::format("{} {:.6g} {:.6g} {:.6g} {:.6g}\n", number, point.x, placed(point.y), placed(point.low),
+                            placed(point.high));
       ++number;
     }
   }
