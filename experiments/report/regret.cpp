@@ -61,13 +61,13 @@ std::vector<Contest> find_contests(const ReportData& data) {
   for (const SceneData& scene : data.scenes)
     for (const double share : time_shares) {
       Contest contest{&scene, share, share * scene.common_time_s};
-      for (const Configuration* configuration : scene.finished()) {
-        const auto error = error_at(scene, *configuration, data.main_metric(), contest.time_s);
-        const bool choice = chooses_for(*configuration, contest.time_s, scene.common_time_s);
-        if (choice) contest.chosen = configuration;
-        if (!error || (chooses(*configuration) && !choice)) continue;
-        contest.errors[configuration] = *error;
-        if (!choice && (!contest.best || *error < contest.errors.at(contest.best))) contest.best = configuration;
+      for (const Configuration& configuration : scene.configurations) {  // those that failed have no image
+        const auto error = error_at(scene, configuration, data.main_metric(), contest.time_s);
+        const bool choice = chooses_for(configuration, contest.time_s, scene.common_time_s);
+        if (choice) contest.chosen = &configuration;
+        if (!error || (chooses(configuration) && !choice)) continue;
+        contest.errors[&configuration] = *error;
+        if (!choice && (!contest.best || *error < contest.errors.at(contest.best))) contest.best = &configuration;
       }
       if (contest.chosen && contest.best) contests.push_back(std::move(contest));
     }
@@ -92,13 +92,13 @@ struct Loss {
 std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>& contests) {
   std::vector<Loss> losses;
   for (const Contest& contest : contests)
-    for (const Configuration* configuration : contest.scene->finished()) {
-      const bool choice = configuration == contest.chosen;
-      if (chooses(*configuration) && !choice) continue;
-      const std::string name = key_of(*configuration);
+    for (const Configuration& configuration : contest.scene->configurations) {
+      const bool choice = &configuration == contest.chosen;
+      if (chooses(configuration) && !choice) continue;
+      const std::string name = key_of(configuration);
       Loss& loss = find_or_add(losses, [&](const Loss& l) { return l.name == name; },
-                               {name, choice ? name : label(data, *configuration), choice});
-      if (const auto regret = contest.regret(*configuration))
+                               {name, choice ? name : label(data, configuration), choice});
+      if (const auto regret = contest.regret(configuration))
         loss.regrets.push_back(*regret);
       else
         ++loss.missing;
@@ -143,9 +143,10 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
   for (const double share : time_shares) {
     Chart chart{.x = {"error over the least at that time", Scale::log}, .y = {"", Scale::linear}};
     std::map<std::string, ChartSeries> series;
+    Interval times{infinity, 0};  // of scenes, whose runs may have lasted differently
     for (const Contest& contest : contests) {
       if (contest.share != share) continue;
-      if (chart.rows.empty()) chart.title = format_seconds(contest.time_s);
+      times = {std::min(times.low, contest.time_s), std::max(times.high, contest.time_s)};
       const auto row = static_cast<double>(chart.rows.size());
       chart.rows.push_back(contest.scene->file_stem);
       for (const auto& [configuration, error] : contest.errors)
@@ -153,6 +154,8 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
           series[key_of(*configuration)].points.emplace_back(*regret, row);
     }
     if (chart.rows.empty()) continue;
+    chart.title = format_seconds(times.low);
+    if (const std::string last = format_seconds(times.high); last != chart.title) chart.title += " to " + last;
     for (const bool choice : {false, true})  // the choice lies above the rest
       for (std::size_t i = 0; i < losses.size(); ++i) {
         if (losses[i].chooses != choice) continue;
@@ -171,7 +174,7 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
 }  // namespace
 
 KindReport regret_report(const ReportData& data) {
-  if (data.empty()) return {};
+  if (data.empty() || data.is_signed(data.main_metric())) return {};
   const std::vector<Contest> contests = find_contests(data);
   if (contests.empty()) return {};
   const std::vector<Loss> losses = find_losses(data, contests);

@@ -122,7 +122,7 @@ Figure settings_figure(const std::vector<MethodSettings>& methods) {
 }  // namespace
 
 KindReport settings_report(const ReportData& data) {
-  if (data.empty()) return {};
+  if (data.empty() || data.is_signed(data.main_metric())) return {};
   std::vector<MethodSettings> methods = find_methods(data);
   const auto judged = [](const MethodSettings& m) { return m.defaults != nullptr && m.settings.size() > 1; };
   if (methods.empty() || !std::ranges::all_of(methods, judged)) return {};

@@ -53,9 +53,25 @@ TEST(Regret, NamesEveryMethodThatASeedChose) {
   EXPECT_EQ(cell_of(report.tables.at(0), 0, "chosen"), "sppm; path");
 }
 
+TEST(Regret, AMethodThatFailedHasNoImage) {
+  RunLog log = log_with_choices();
+  for (const std::uint64_t seed : {1, 2, 3}) add_failure(log, {"builtin:room", "sah", "bdpt", seed}, "out of memory");
+  const Table losses = regret_report(arrange(log)).tables.at(1);
+  ASSERT_EQ(losses.rows.size(), 4u);
+  EXPECT_EQ(cell_of(losses, 3, "method"), "bdpt sah");
+  EXPECT_EQ(cell_of(losses, 3, "without_image"), "2");
+  EXPECT_EQ(cell_of(losses, 3, "worst_regret"), "no image");
+}
+
 TEST(Regret, IsNotToldWhereNothingWasChosen) {
   const RunLog log = small_log();
   EXPECT_TRUE(regret_report(arrange(log)).tables.empty());
+}
+
+TEST(Regret, ABiasHasNone) {
+  RunLog log = log_with_choices();
+  for (CheckpointRecord& record : log.checkpoints) record.metrics = {{"bias", -0.1}};
+  EXPECT_TRUE(regret_report(arrange(log)).tables.empty()) << "the most negative is not the least";
 }
 
 }  // namespace

@@ -45,6 +45,14 @@ TEST(Settings, AreComparedWithoutTheNoiseOfTheReferenceWhereItIsKnown) {
   EXPECT_NEAR(std::stod(cell_of(found(), "at_end")), 8, 2);
 }
 
+TEST(Settings, AreNotComparedByTheirBias) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  for (const char* method : {"sppm", "sppm radius=1"}) add_cells(log, "builtin:room", {.integrator = method}, 2);
+  for (CheckpointRecord& record : log.checkpoints) record.metrics = {{"bias", -0.1}};
+  EXPECT_TRUE(settings_report(arrange(log)).tables.empty());
+}
+
 TEST(Settings, AreNotComparedWhereSomeMethodStandsAlone) {
   RunLog log = small_log();
   add_cells(log, "builtin:room", {.integrator = "sppm radius=1"}, 3);
