@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <span>
 
@@ -79,7 +80,7 @@ void compare_with_first(const ReportData& data, const SceneData& scene, std::spa
   }
 }
 
-// In each scene the least error at equal time comes first.
+// In each scene the least error at equal time comes first; of a metric with a sign, that nearest to zero.
 std::vector<FinalRow> final_rows(const ReportData& data) {
   std::vector<FinalRow> rows;
   for (const SceneData& scene : data.scenes) {
@@ -97,7 +98,7 @@ std::vector<FinalRow> final_rows(const ReportData& data) {
         row.split = bias_variance(products->seeds.size(), products->products.front(), scene.reference->mse_floor);
     }
     std::stable_sort(rows.begin() + first, rows.end(), [](const FinalRow& a, const FinalRow& b) {
-      return a.error && (!b.error || a.error->centre < b.error->centre);
+      return a.error && (!b.error || std::abs(a.error->centre) < std::abs(b.error->centre));
     });
     compare_with_first(data, scene, std::span(rows).subspan(static_cast<std::size_t>(first)));
   }

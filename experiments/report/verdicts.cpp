@@ -14,6 +14,8 @@
 namespace etendue {
 namespace {
 
+constexpr std::size_t fewest_for_interval = 3;  // seeds of each, as geometric_ratio asks
+
 struct Contender {
   const Configuration* configuration;
   Estimate error;
@@ -72,9 +74,14 @@ Finding accuracy(const ReportData& data, const SceneData& scene) {
       const std::string ranks = rank_text(b, a);
       text += ratio->interval.low > 1 ? fmt::format(" Next comes {}, {}; {}.", name, times, ranks)
                                       : fmt::format(" These seeds do not tell it from {}: {}; {}.", name, times, ranks);
-    } else if (first.error.centre > 0) {
-      text += fmt::format(" Next comes {}, {} times the error; with so few seeds the order may be chance.", name,
-                          format_figure(next.error.centre / first.error.centre));
+    } else {
+      const std::string error = first.error.centre > 0
+                                    ? format_figure(next.error.centre / first.error.centre) + " times the error"
+                                    : "with " + format_figure(next.error.centre);
+      const bool few = std::min(a.size(), b.size()) < fewest_for_interval;
+      text += fmt::format(
+          " Next comes {}, {}; {}.", name, error,
+          few ? "with so few seeds the order may be chance" : "errors of zero leave no interval; " + rank_text(b, a));
     }
   }
   if (!late.empty()) text += fmt::format(" No result by then: {}.", enumerate(late, ", ", 8));
@@ -145,11 +152,12 @@ std::string throughput_text(const ReportData& data, const SceneData& scene) {
 struct LeadingStructures {
   const StructureRecord *fastest = nullptr, *quickest = nullptr, *smallest = nullptr;
   std::size_t count = 0;
+  bool clear = true;  // the fastest's quartiles lie above those of all others
 };
 
 LeadingStructures leading_structures(const RunLog& log, const std::string& scene) {
   LeadingStructures leading;
-  auto& [fastest, quickest, smallest, count] = leading;
+  auto& [fastest, quickest, smallest, count, clear] = leading;
   for (const StructureRecord& record : log.structures) {
     if (record.scene != scene) continue;
     ++count;
@@ -158,15 +166,18 @@ LeadingStructures leading_structures(const RunLog& log, const std::string& scene
     if (record.nodes > 0 && (quickest == nullptr || record.build_s.median < quickest->build_s.median)) quickest = &record;
     if (record.bytes > 0 && (smallest == nullptr || record.bytes < smallest->bytes)) smallest = &record;
   }
+  for (const StructureRecord& record : log.structures)
+    if (record.scene == scene && &record != fastest)
+      clear = clear && record.speed(RayKind::diffuse).high < fastest->speed(RayKind::diffuse).low;
   return leading;
 }
 
 std::string structures_text(const RunLog& log, const std::string& scene) {
-  const auto [fastest, quickest, smallest, count] = leading_structures(log, scene);
+  const auto [fastest, quickest, smallest, count, clear] = leading_structures(log, scene);
   if (count < 2) return {};
-  std::string text =
-      fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s, built in {})", count, structure_name(*fastest),
-                  format_figure(fastest->speed(RayKind::diffuse).median), format_seconds(fastest->build_s.median));
+  std::string text = fmt::format("Of {} structures, {} traces diffuse rays fastest ({} Mrays/s{}, built in {})", count,
+                                 structure_name(*fastest), format_figure(fastest->speed(RayKind::diffuse).median),
+                                 clear ? "" : ", not beyond the spread of others", format_seconds(fastest->build_s.median));
   if (quickest != nullptr)
     text += fmt::format("; {} is built first ({})", structure_name(*quickest), format_seconds(quickest->build_s.median));
   if (smallest != nullptr)
@@ -184,13 +195,17 @@ std::string short_name(const SceneData& scene, const Configuration& configuratio
   return shared || configuration.shown_integrator != configuration.integrator ? configuration.shown_integrator : word;
 }
 
-// Whether the seeds tell the first from the next; nothing where there are too few of them.
+// Whether the seeds tell the first from the next; nothing where there are too few of them. An error of zero has no logarithm:
+// ranks then tell.
 std::optional<bool> is_clear(const ReportData& data, const SceneData& scene, const std::vector<Contender>& ranked) {
   const auto errors = [&](std::size_t i) {
     return values_at(*ranked[i].configuration, data.main_metric(), scene.common_time_s);
   };
-  const auto ratio = geometric_ratio(errors(1), errors(0));
-  return ratio ? std::optional(ratio->interval.low > 1) : std::nullopt;
+  const std::vector<double> first = errors(0), next = errors(1);
+  if (std::min(first.size(), next.size()) < fewest_for_interval) return std::nullopt;
+  if (const auto ratio = geometric_ratio(next, first)) return ratio->interval.low > 1;
+  const RankTest ranks = rank_test(first, next);
+  return ranks.share > 0.5 && ranks.p < 0.05;
 }
 
 std::string at_times(double earliest_s, double latest_s) {
@@ -261,9 +276,11 @@ std::string structures_answer(const RunLog& log) {
   std::vector<std::string> scenes;
   for (const StructureRecord& record : log.structures) index_in(scenes, record.scene);
   std::vector<Lead> fastest, quickest, smallest;
+  std::size_t clear = 0;
   for (const std::string& scene : scenes) {
     const LeadingStructures leading = leading_structures(log, scene);
     if (leading.count < 2) continue;
+    clear += leading.clear;
     const auto add = [&](std::vector<Lead>& leads, const StructureRecord* record) {
       if (record != nullptr) leads.push_back({structure_name(*record), shown_scene(scene)});
     };
@@ -271,7 +288,9 @@ std::string structures_answer(const RunLog& log) {
     add(quickest, leading.quickest);
     add(smallest, leading.smallest);
   }
-  std::string text = who_leads(fastest, "traces diffuse rays fastest", "scenes");
+  if (fastest.empty()) return {};
+  std::string text = fmt::format("{}; beyond the spread on {} of {}",
+                                 who_leads(fastest, "traces diffuse rays fastest", "scenes"), clear, fastest.size());
   for (const std::string& more :
        {who_leads(quickest, "is built first", "scenes"), who_leads(smallest, "is smallest", "scenes")})
     if (!more.empty() && display_width(text + "; " + more) <= answer_width) text += "; " + more;

@@ -365,6 +365,32 @@ TEST(Answers, SayWhetherSeedsTellTheFirstFromTheNext) {
   EXPECT_NE(images_answer(arrange(log)).find("; too few seeds to tell"), std::string::npos) << images_answer(arrange(log));
 }
 
+// A logarithm of zero is none: ranks tell, and nobody blames the number of seeds.
+TEST(Answers, RanksTellWhereErrorsAreZero) {
+  RunLog log;
+  add_cells(log, "builtin:room", {"path", "sah", 0.1, 1, -1}, 8);
+  add_cells(log, "builtin:room", {"exact", "sah", 0.1, 0, -1}, 8);
+  EXPECT_NE(images_answer(arrange(log)).find("; beyond noise on 1 of 1"), std::string::npos) << images_answer(arrange(log));
+  const std::string text = summary_table(log);
+  EXPECT_NE(text.find("errors of zero leave no interval; by ranks p = 0.00016"), std::string::npos) << text;
+  EXPECT_EQ(text.find("so few seeds the order"), std::string::npos) << text;
+}
+
+TEST(Answers, SayWhichStructuresLeadBeyondTheirSpread) {
+  RunLog log;
+  for (const char* scene : {"a", "b"})
+    for (const auto& [name, speed] : {std::pair{"sah", 10.0}, {"lbvh", *scene == 'a' ? 9.95 : 5.0}})
+      log.structures.push_back(structure(scene, name, "bvh8", speed, 0.1));  // 1 % about the medians
+  EXPECT_NE(structures_answer(log).find("fastest on all 2 scenes; beyond the spread on 1 of 2"), std::string::npos)
+      << structures_answer(log);
+}
+
+TEST(Tables, OfAMetricWithASignTheLeastComesFirst) {
+  RunLog log = small_log();
+  for (CheckpointRecord& record : log.checkpoints) record.metrics = {{"bias", record.cell.integrator == "path" ? -0.5 : 0.1}};
+  EXPECT_EQ(final_table(arrange(log)).rows.at(0)[1].raw, "sppm");
+}
+
 TEST(Summary, OfALogWithoutCellsSaysSo) {
   EXPECT_NE(summary_table({}).find("no finished cell"), std::string::npos);
   RunLog failed;
