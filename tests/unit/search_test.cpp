@@ -127,7 +127,22 @@ TEST(SearchReport, TheAnswerCountsTheSetsOfOtherStructures) {
     SearchRecord& record = add_record(log, record_of(100, {{fastest[i], 1}, {"slow", 2}}));
     record.cell.scene = record.set = "cloud " + std::to_string(i);
   }
-  EXPECT_EQ(search_report(log).answer, "Fastest at the largest number: within: a in 2 of 6, b in 1, c in 1, others in 2");
+  EXPECT_EQ(search_report(log).answer,
+            "Fastest at the largest number: within: a in 2 of 6, b in 1, c in 1, others in 2; beyond the spread in 6 of 6");
+  EXPECT_EQ(search_report(log).tables.at(1).rows.at(0).back().raw, "yes");
+  add_record(log, record_of(100, {{"a", 1}, {"slow", 1.05}}));  // a tenth about either
+  EXPECT_NE(search_report(log).answer.find("beyond the spread in 6 of 7"), std::string::npos) << search_report(log).answer;
+}
+
+// It appends to a list, which no structure can beat.
+TEST(SearchReport, BruteForceIsNotTheFastestToInsertInto) {
+  RunLog log;
+  SearchRecord& record = add_record(log, record_of(100, {{"brute", 1}, {"tree", 20}, {"grid", 30}}));
+  for (SearchFigure& figure : record.figures) figure.measure = "insert", figure.parameter = 0;
+  const Table leaders = search_report(log).tables.at(1);
+  ASSERT_EQ(leaders.rows.size(), 1u);
+  EXPECT_EQ(leaders.rows[0][column_of(leaders, "fastest").value()].raw, "tree");
+  EXPECT_NE(search_report(log).answer.find("insert: tree in 1 of 1"), std::string::npos) << search_report(log).answer;
 }
 
 }  // namespace

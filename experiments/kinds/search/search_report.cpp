@@ -98,6 +98,11 @@ std::vector<Measure> measures_of(const std::vector<const SearchRecord*>& records
   return measures;
 }
 
+// Brute force builds nothing, so that it takes part in queries alone.
+bool is_query(const SearchPlot& plot) {
+  return plot.measure != "memory" && plot.measure != "build" && plot.measure != "insert";
+}
+
 // Sorts structures by their values at x, the least first.
 std::vector<std::pair<double, std::string>> ranking(const SearchPlot& plot, double x, bool with_brute) {
   std::vector<std::pair<double, std::string>> order;
@@ -106,6 +111,15 @@ std::vector<std::pair<double, std::string>> ranking(const SearchPlot& plot, doub
       order.emplace_back(point->value.median, curve.structure);
   std::ranges::sort(order);
   return order;
+}
+
+// Whether the quartiles of the first in the order at x are apart from those of all others.
+bool leads_clearly(const SearchPlot& plot, double x, const std::vector<std::pair<double, std::string>>& order) {
+  const auto value = [&](const std::string& structure) {
+    return point_at(*std::ranges::find(plot.curves, structure, &StructureCurve::structure), x)->value;
+  };
+  const double first = value(order.front().second).high;
+  return std::all_of(order.begin() + 1, order.end(), [&](const auto& other) { return first < value(other.second).low; });
 }
 
 // A row for each set, count and structure.
@@ -167,8 +181,7 @@ Table search_leaders_table(const RunLog& log) {
   for (const SearchPlot& plot : plots) {
     if (plot.abscissa != "count" || plot.measure == "memory") continue;
     for (const double x : abscissas(plot))
-      if (auto order = ranking(plot, x, plot.measure != "build"); order.size() > 1)
-        rows.push_back({&plot, x, std::move(order)});
+      if (auto order = ranking(plot, x, is_query(plot)); order.size() > 1) rows.push_back({&plot, x, std::move(order)});
   }
   TableOf<Row> table("search-leaders", "The fastest structure", std::move(rows));
   table.column("set", "set", [](const Row& row) { return row.plot->set; });
@@ -182,6 +195,9 @@ Table search_leaders_table(const RunLog& log) {
     const double ratio = row.order[1].first / row.order[0].first;
     return TableCell(ratio, fmt::format("{:.2f}×", ratio));
   });
+  table.column("clear", "beyond the spread",
+               [](const Row& row) { return leads_clearly(*row.plot, row.x, row.order) ? "yes" : "no"; });
+  table.note("Beyond the spread: the fastest's quartiles are apart from those of all others.");
   return table.take();
 }
 
@@ -290,11 +306,15 @@ std::vector<std::pair<std::string, std::string>> search_findings(const RunLog& l
   return findings;
 }
 
-// Who is fastest at each measure, at the largest number in each set: "within: hash-grid in 11 of 16, bvh in 5".
+// Who is fastest at each measure, at the largest number in each set: "within: hash-grid in 11 of 16, bvh in 5; beyond
+// the spread in 14 of 16".
 std::string search_answer(const RunLog& log) {
   using Wins = std::vector<std::pair<std::string, std::size_t>>;  // of structures
   std::vector<std::pair<std::string, Wins>> measures;
+  std::size_t clear = 0, contests = 0;
   for (const auto& [plot, x, order] : at_largest_counts(log)) {
+    clear += leads_clearly(plot, x, order);
+    ++contests;
     const auto named = [](const std::string& name) { return [&name](const auto& entry) { return entry.first == name; }; };
     Wins& wins = find_or_add(measures, named(plot.measure), {plot.measure, {}}).second;
     ++find_or_add(wins, named(order[0].second), {order[0].second, 0}).second;
@@ -312,7 +332,7 @@ std::string search_answer(const RunLog& log) {
                                 : fmt::format(", others in {}", left);
     text += fmt::format("{}{}: {}", text.empty() ? "Fastest at the largest number: " : "; ", measure, named);
   }
-  return text;
+  return text.empty() ? text : fmt::format("{}; beyond the spread in {} of {}", text, clear, contests);
 }
 
 }  // namespace
@@ -324,11 +344,9 @@ Table search_crossovers_table(const RunLog& log) {
   };
   const std::vector<SearchPlot> plots = search_plots(log);
   std::vector<Row> rows;
-  for (const SearchPlot& plot : plots) {
-    const bool asks = plot.measure != "memory" && plot.measure != "build" && plot.measure != "insert";
+  for (const SearchPlot& plot : plots)
     for (const Crossover& crossover : crossovers(plot))
-      if (asks || crossover.overtaken != "brute") rows.push_back({&plot, crossover});  // which builds nothing
-  }
+      if (is_query(plot) || crossover.overtaken != "brute") rows.push_back({&plot, crossover});
   TableOf<Row> table("search-crossovers", "Crossovers of structures", std::move(rows));
   const auto yes_or_no = [](bool yes) { return yes ? "yes" : "no"; };
   table.column("set", "set", [](const Row& row) { return row.plot->set; });
