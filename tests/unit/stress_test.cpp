@@ -311,6 +311,7 @@ TEST(StressReport, HiddenTableCountsWhatIntervalsMiss) {
   EXPECT_EQ(*cell("tail_index").order, 1.5);
   EXPECT_EQ(cell("missed").raw, "1");
   EXPECT_EQ(cell("missed_of").raw, "5");
+  EXPECT_EQ(*cell("missed_share").order, 0.2) << "whose interval stands behind it";
   EXPECT_EQ(*cell("sane_iterations").order, 8);
   EXPECT_EQ(cell("sane_s_arrived").raw, "2");
   EXPECT_EQ(cell("beyond_stated").text, "25 %");

@@ -64,7 +64,7 @@ std::vector<TableCell> missed_cells(const StressCell& cell) {
   const Share share = missed(cell);
   if (share.of == 0) return {};
   const auto [low, high] = share.interval();
-  return {{share.seen(), share.text()}, share.count, share.of, low, high};
+  return {{share.seen(), share.text()}, share.count, share.of, share.seen(), low, high};
 }
 
 std::vector<TableCell> sane_cells(const std::vector<double>& values, std::string (*format)(double)) {
@@ -114,7 +114,8 @@ Table hidden_table(const StressMap& map) {
   table.column("method", "method", [](const StressCell& c) { return c.record->column; });
   table.parts("tail index", {"tail_index", "tail_low", "tail_high"}, tail_cells);
   table.column("peak", "brightest pixel", [](const StressCell& c) { return harmful_end(c).peak; });
-  table.parts("mean outside its interval", {"missed", "missed_of", "missed_low", "missed_high"}, missed_cells);
+  table.parts("mean outside its interval", {"missed", "missed_of", "missed_share", "missed_share_low", "missed_share_high"},
+              missed_cells);
   table.column("beyond_stated", "pixels beyond 2σ stated", [](const StressCell& c) {
     const auto& share = harmful_end(c).beyond_stated;
     return share ? TableCell(*share, fmt::format("{:.0f} %", 100 * *share)) : TableCell();
