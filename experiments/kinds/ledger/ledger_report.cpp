@@ -169,8 +169,8 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
       "Ratios: medians over scenes, with the least and the most; above 1 the program's decision is the better. Earns its time: "
       "switched, the image takes longer to the same error; contradicted: less time; a trade: of a biased method, one way errs "
       "less and the other takes less time; costs nothing: error and time are within 5 %; no gain: nor loss of time to the same "
-      "error beyond noise and 5 %, though error and time may differ each. Verdicts are "
-      "held to a level at which all of them together err in one of twenty logs.");
+      "error beyond noise and 5 %, though error and time may differ each. The first three are held to a level at which all "
+      "decisions together err in one of twenty logs, what costs nothing to intervals of 95 % each.");
   return table.take(failed_cells<LedgerRecord>(log));
 }
 
