@@ -134,6 +134,19 @@ TEST(SearchReport, TheAnswerCountsTheSetsOfOtherStructures) {
   EXPECT_NE(search_report(log).answer.find("beyond the spread in 6 of 7"), std::string::npos) << search_report(log).answer;
 }
 
+TEST(SearchReport, RowsOfSeveralSeedsSayWhose) {
+  RunLog log;
+  add_record(log, record_of(100, {{"tree", 1}}));
+  const auto columns = [&] {
+    const Table times = search_report(log).tables.at(0);
+    return std::pair(visible_columns(times).size(), times.rows.back()[column_of(times, "seed").value()].raw);
+  };
+  const auto [of_one, first] = columns();
+  EXPECT_EQ(first, "1");
+  add_record(log, record_of(100, {{"tree", 2}})).cell.seed = 2;
+  EXPECT_EQ(columns(), std::pair(of_one + 1, std::string("2")));
+}
+
 // It appends to a list, which no structure can beat.
 TEST(SearchReport, BruteForceIsNotTheFastestToInsertInto) {
   RunLog log;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace etendue {
 
@@ -122,7 +123,7 @@ bool leads_clearly(const SearchPlot& plot, double x, const std::vector<std::pair
   return std::all_of(order.begin() + 1, order.end(), [&](const auto& other) { return first < value(other.second).low; });
 }
 
-// A row for each set, count and structure.
+// A row for each set, count, structure and seed.
 Table search_times_table(const RunLog& log) {
   struct Row {
     const SearchRecord* record;
@@ -131,7 +132,9 @@ Table search_times_table(const RunLog& log) {
   const std::vector<const SearchRecord*> records = records_of<SearchRecord>(log);
   std::vector<Row> rows;
   std::uint64_t checked = 0, disagreements = 0;
+  std::set<std::uint64_t> seeds;
   for (const SearchRecord* record : records) {
+    seeds.insert(record->cell.seed);
     std::vector<std::string> structures;
     for (const SearchFigure& figure : record->figures) index_in(structures, figure.structure);
     for (const std::string& structure : structures) rows.push_back({record, structure});
@@ -142,6 +145,9 @@ Table search_times_table(const RunLog& log) {
   table.column("set", "set", [](const Row& row) { return row.record->cell.scene; });
   table.column("count", "count", [](const Row& row) { return row.record->count; });
   table.column("structure", "structure", [](const Row& row) { return row.structure; });
+  table.column(
+      "seed", "seed", [](const Row& row) { return row.record->cell.seed; },
+      seeds.size() > 1 ? Audience::everyone : Audience::machines);
   for (const Measure& measure : measures_of(records)) {
     const std::string name = measure_name(measure.name, measure.parameter);
     std::string key = name + (measure.name == "memory" ? "_bytes" : "_s");
