@@ -219,6 +219,17 @@ TEST(StressReport, MatrixHasARowForEachHazardAndAColumnForEachMethod) {
   EXPECT_NE(report.answer.find("breaks 1 of 2"), std::string::npos) << report.answer;
 }
 
+TEST(StressReport, MethodsAreComparedOnTheHazardsThatConcernAll) {
+  RunLog log;
+  add_record(log, record_of("path", 2));
+  add_record(log, record_of("bdpt", 4));         // fails sooner
+  add_record(log, record_of("bdpt", 1)).id = 2;  // holds where path was not asked
+  const KindReport report = stress_report(log);
+  EXPECT_TRUE(report.answer.starts_with("path holds widest of 2 methods (")) << report.answer;
+  ASSERT_FALSE(report.findings.empty());
+  EXPECT_NE(report.findings[0].second.find("0 of 1 to the end"), std::string::npos) << report.findings[0].second;
+}
+
 // What held before has not been moved to the end, and by how much a threshold beyond the range moved is not known.
 TEST(StressReport, RemediesOfWhatHoldsMoveNothing) {
   RunLog log;

@@ -30,12 +30,27 @@ struct Held {
   double share = 0;  // of the range, on the mean
 };
 
+// Means over different hazards say nothing of each other: only those count that every column was measured on, where there are
+// any.
+std::vector<const StressRow*> shared_rows(const StressMap& map, bool structures) {
+  const std::vector<std::string>& columns = structures ? map.structure_columns : map.columns;
+  std::vector<const StressRow*> rows, shared;
+  for (const StressRow& row : map.rows) {
+    if (row.record().of_structure != structures) continue;
+    rows.push_back(&row);
+    const auto is_measured = [&](const std::string& column) { return row.of(column) && row.of(column)->threshold; };
+    if (std::ranges::all_of(columns, is_measured)) shared.push_back(&row);
+  }
+  return shared.empty() ? rows : shared;
+}
+
 std::vector<Held> held_by_column(const StressMap& map, bool structures) {
   std::vector<Held> all;
+  const std::vector<const StressRow*> rows = shared_rows(map, structures);
   for (const std::string& column : structures ? map.structure_columns : map.columns) {
     Held held{.column = column};
-    for (const StressRow& row : map.rows) {
-      const StressCell* cell = row.record().of_structure == structures ? row.of(column) : nullptr;
+    for (const StressRow* row : rows) {
+      const StressCell* cell = row->of(column);
       if (!cell || !cell->threshold) continue;
       ++held.of;
       held.to_the_end += cell->threshold->holding == Holding::to_the_end;
@@ -59,8 +74,10 @@ void add_widest(const StressMap& map, bool structures, KindReport& report) {
   if (held.size() < 2) return;
   std::string text = fmt::format("{} holds widest", held_text(held.front()));
   if (held.size() > 3) text += fmt::format(", then {} and {}", held_text(held[1]), held_text(held[2]));
-  report.findings.emplace_back(structures ? "Which structure holds widest" : "Which method holds widest",
-                               fmt::format("{}; {} holds least.", text, held_text(held.back())));
+  text += fmt::format("; {} holds least.", held_text(held.back()));
+  if (std::ranges::all_of(held, [&](const Held& h) { return h.of == held.front().of; }))
+    text += " All were measured on these hazards.";
+  report.findings.emplace_back(structures ? "Which structure holds widest" : "Which method holds widest", text);
 }
 
 std::string broken_text(const StressRow& row) {
@@ -201,6 +218,8 @@ std::string answer_of(const StressMap& map, const Predictions& predictions) {
   const std::vector<Held> held = held_by_column(map, false);
   if (held.empty()) return {};
   std::string text = fmt::format("{} holds widest of {}", held.front().column, counted(held.size(), "method"));
+  if (held.size() > 1)
+    text += fmt::format(" ({:.0f} % of a range, {} {:.0f} %)", 100 * held[0].share, held[1].column, 100 * held[1].share);
   const auto worst =
       std::ranges::max_element(map.rows, {}, [](const StressRow& row) { return row.record().of_structure ? 0 : row.broken(); });
   text += "; " + broken_text(*worst);
