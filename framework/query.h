@@ -70,6 +70,8 @@ class RayQuery {
   // Many rays at once; each gets the answer it would get alone. The two spans have the same length.
   virtual void closest(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
   virtual void occluded(std::span<const Ray> rays, std::span<bool> occluded) const = 0;
+  // The nearest light with t in (t_min, t_max] that the ray passes: a surface that emits and does not stop it (Shape::mask).
+  virtual Hit passed_light(const Ray& ray) const = 0;
   // The same answers; these add the nodes visited and primitives tested (0 where a structure cannot tell).
   virtual Hit closest_counted(const Ray& ray, TraversalCounters& counters) const = 0;
   virtual bool occluded_counted(const Ray& ray, TraversalCounters& counters) const = 0;
@@ -107,6 +109,7 @@ class RayAdapter final : public RayQuery {
     else
       for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = structure_.occluded(rays[i]);
   }
+  Hit passed_light(const Ray&) const override { return {}; }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const override {
     return structure_.closest_counted(ray, counters);
   }

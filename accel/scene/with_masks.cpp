@@ -23,6 +23,12 @@ class WithMasks final : public RayQuery {
   bool occluded(const Ray& ray) const override { return static_cast<bool>(closest(ray)); }
   void closest(std::span<const Ray> rays, std::span<Hit> hits) const override;
   void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override;
+  Hit passed_light(const Ray& ray) const override {
+    Ray rest = ray;
+    Hit hit = structure_->closest(rest);
+    for (; hit && (!scene_.emits_at(hit) || stops(ray, hit)); hit = structure_->closest(rest)) rest = beyond(rest, hit);
+    return hit;
+  }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const override {
     const auto ask = [&](const Ray& rest) { return structure_->closest_counted(rest, counters); };
     return stopped(ray, ask(ray), ask);

@@ -32,6 +32,7 @@ class SampledRays final : public RayQuery {
   bool occluded(const Ray& ray) const override;
   void closest(std::span<const Ray> rays, std::span<Hit> hits) const override;
   void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override;
+  Hit passed_light(const Ray& ray) const override { return rays_.passed_light(ray); }
   Hit closest_counted(const Ray& ray, TraversalCounters& counters) const override;
   bool occluded_counted(const Ray& ray, TraversalCounters& counters) const override;
   RayStructureStats stats() const override { return rays_.stats(); }

@@ -84,6 +84,7 @@ SceneNeeds scene_needs(const Scene& scene) {
   n.textures = !scene.textures.empty();
   n.masks = scene.has_masks();
   n.thin_lens = scene.camera.lens_radius > 0;
+  n.passed_lights = scene.has_passed_lights();
   for (const Object& object : scene.objects) {
     n.quadrics |= !object.geometry.quadrics.empty();
     for (const Shape& shape : object.shapes) n.shading_normals |= shape.has_normals || shape.relief != no_id;

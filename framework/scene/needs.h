@@ -15,7 +15,8 @@ struct SceneNeeds {
   bool planes = false;
   bool light_choice = false;  // more than one light
   bool textures = false;
-  bool masks = false;  // surfaces that let some rays through
+  bool masks = false;          // surfaces that let some rays through
+  bool passed_lights = false;  // some of them emit
   bool shading_normals = false;
   bool environment = false;
   bool thin_lens = false;

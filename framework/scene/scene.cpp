@@ -128,6 +128,15 @@ bool Scene::has_masks() const {
   });
 }
 
+bool Scene::has_passed_lights() const {
+  return std::ranges::any_of(objects[0].shapes,
+                             [](const Shape& shape) { return shape.mask != no_id && shape.first_light != no_id; });
+}
+
+bool Scene::emits_at(const Hit& hit) const {
+  return hit.instance != plane_instance && light_of(objects[instances[hit.instance].object].shape(hit.primitive), hit) != no_id;
+}
+
 float Scene::opacity_at(const Hit& hit) const {
   if (hit.instance == plane_instance) return 1;
   const Object& object = objects[instances[hit.instance].object];

@@ -32,7 +32,9 @@ struct Shape {
   bool has_normals = false, has_uvs = false;
   bool uses_uvs = false;         // has them, and its material, relief or emission depends on them; set by finish_scene
   std::uint32_t relief = no_id;  // index into Scene::reliefs; set by finish_scene
-  std::uint32_t mask = no_id;    // index into Scene::textures: the share of rays that the surface stops; no_id: all of them
+  // Index into Scene::textures: the share of rays that the surface stops; no_id: all of them. Of one that emits they see all of
+  // its radiance, stopped or not.
+  std::uint32_t mask = no_id;
 };
 
 struct Object {
@@ -111,6 +113,7 @@ struct Scene {
 
   bool has_instances() const { return instances.size() > 1; }
   bool has_masks() const;                // a shape lets some rays through
+  bool has_passed_lights() const;        // one that emits does
   Bounds bounds() const;                 // of everything but planes
   std::uint64_t triangle_count() const;  // of every instance
   std::uint64_t hash() const;            // of all that changes an image (XXH3)
@@ -121,6 +124,7 @@ struct Scene {
   // The share of rays, from 0 to 1, that the surface stops where this one met it. What a structure of the scene answers has
   // already been stopped (accel/scene/with_masks.h).
   float opacity_at(const Hit& hit) const;
+  bool emits_at(const Hit& hit) const;  // from one side at least
   Layer layer_at(const Hit& hit) const;
   // For loops that call surface_at for one hit after another: at number `begun`, begins to load what the calls for hits a few
   // places further on will read. It is worth its time where the scene outgrows the nearest caches.

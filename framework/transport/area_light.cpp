@@ -69,7 +69,8 @@ AreaEmitter::AreaEmitter(const Scene& scene, const AreaLight& light)
     if (has_normals_) settle_side(world, v);
   } else {
     quadric_ = &g.quadric(primitive_);
-    sphere_ = std::get_if<Sphere>(quadric_);
+    const bool only_outside = shape.mask == no_id || (!two_sided_ && !flip_normal_);  // else its inside is seen through it
+    sphere_ = only_outside ? std::get_if<Sphere>(quadric_) : nullptr;
     area_ = quadric_area(*quadric_);
   }
 }

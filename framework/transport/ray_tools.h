@@ -31,6 +31,25 @@ inline Hit trace(const RenderContext& context, const Ray& ray) {
   return context.rays.closest(ray);
 }
 
+// Calls visit(point) for each light that a ray passes within `distance`: surfaces that emit and let rays through (Shape::mask).
+template <class Visit>
+void for_passed_lights(const RenderContext& context, Ray way, float distance, const Visit& visit) {
+  if (!context.needs.passed_lights) return;
+  way.t_max = distance;
+  for (Hit hit = context.rays.passed_light(way); hit; hit = context.rays.passed_light(way)) {
+    visit(context.scene.surface_at(way, hit));
+    way.t_min = std::max(hit.t, std::nextafter(way.t_min, infinity));
+  }
+}
+
+// Radiance that comes along a ray from what it met (null: nothing), and from the lights that it passed on the way.
+inline Rgb emitted_along(const RenderContext& context, const Ray& ray, const SurfacePoint* met) {
+  Rgb sum = met ? context.lights.emitted(*met, -ray.direction) : context.lights.environment(ray.direction);
+  for_passed_lights(context, ray, met ? glm::length(met->position - ray.origin) : infinity,
+                    [&](const SurfacePoint& light) { sum += context.lights.emitted(light, -ray.direction); });
+  return sum;
+}
+
 // Many rays at once, which structures may answer faster than one by one. There are as many hits as rays.
 inline void trace(const RenderContext& context, std::span<const Ray> rays, std::span<Hit> hits) {
   count(Counter::rays, rays.size());

@@ -37,16 +37,28 @@ void VcmCameraPaths::trace(const Tile& tile, std::uint32_t index, std::span<Rgb>
   finish();
 }
 
+void VcmCameraPaths::arrive(CameraWalk& walk, const Ray& ray, const SurfacePoint& point, int depth) {
+  const float spread = depth == 0 ? context_.scene.camera.spread(ray.t_max) : ray.t_max;
+  walk.path.mis.arrive(square(spread), std::abs(glm::dot(ray.direction, point.normal)));
+  *walk.radiance += emitted_with_mis(walk, ray, &point, depth);
+}
+
 bool VcmCameraPaths::meet(CameraWalk& walk, Ray& ray, const SurfacePoint* met, int depth) {
   SubPath& path = walk.path;
+  for_passed_lights(context_, ray, ray.t_max, [&](const SurfacePoint& light) {
+    Ray to_light = ray;
+    to_light.t_max = glm::length(light.position - ray.origin);
+    const MisPartials before = path.mis;
+    arrive(walk, to_light, light, depth);
+    path.mis = before;  // the path goes on as if nothing were there
+  });
   if (!met) {
     *walk.radiance += emitted_with_mis(walk, ray, nullptr, depth);
     return false;
   }
   const SurfacePoint& point = *met;
   const float cos_in = std::abs(glm::dot(ray.direction, point.normal));
-  path.mis.arrive(square(depth == 0 ? context_.scene.camera.spread(ray.t_max) : ray.t_max), cos_in);
-  *walk.radiance += emitted_with_mis(walk, ray, met, depth);
+  arrive(walk, ray, point, depth);
   if (walk.trail) follow(*walk.trail, ray, depth, cos_in);
   if (depth >= settings_.max_depth || !settings_.connect) return false;
   const vec3 wo = -ray.direction;

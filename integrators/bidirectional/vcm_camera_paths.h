@@ -69,6 +69,8 @@ class VcmCameraPaths {
     return memory;
   }
 
+  // Counts what the point emits, which lies at ray.t_max.
+  void arrive(CameraWalk& walk, const Ray& ray, const SurfacePoint& point, int depth);
   bool meet(CameraWalk& walk, Ray& ray, const SurfacePoint* met, int depth);
   // Appends a vertex to the trail.
   void follow(CameraTrail& trail, const Ray& ray, int depth, float cos_in) const;

@@ -1,20 +1,39 @@
-// Emission that a path hits by BSDF sampling, weighted against light sampling at the vertex before.
+// Emission that a path meets by BSDF sampling, weighted against light sampling at the vertex before.
 #pragma once
 
 #include "framework/transport/direct_light.h"
+#include "framework/transport/ray_tools.h"
 
 namespace etendue {
 
 // Radiance along `ray` from its hit `point`, or from infinity where that is null, times what the path carries. `pdf_bsdf` is
 // the density the ray was sampled with at its origin; 0 for the camera and for delta lobes, which light sampling cannot find.
-inline Rgb emitted_with_mis(const RenderContext& context, const Ray& ray, const SurfacePoint* point, float pdf_bsdf,
-                            const Rgb& throughput = Rgb(1), MisMode mis = MisMode::power) {
+inline Rgb met_with_mis(const RenderContext& context, const Ray& ray, const SurfacePoint* point, float pdf_bsdf,
+                        const Rgb& throughput, MisMode mis) {
   const Rgb emitted = point ? context.lights.emitted(*point, -ray.direction) : context.lights.environment(ray.direction);
   if (is_black(emitted)) return Rgb(0);
   if (pdf_bsdf == 0) return throughput * emitted;
   const float pdf_light =
       point ? context.lights.pdf(ray.origin, ray.direction, *point) : context.lights.environment_pdf(ray.direction);
   return throughput * emitted * emission_weight(mis, pdf_bsdf, pdf_light);
+}
+
+// The same from the lights that the ray passes within `distance`.
+inline Rgb passed_with_mis(const RenderContext& context, const Ray& ray, float distance, float pdf_bsdf, const Rgb& throughput,
+                           MisMode mis) {
+  Rgb sum(0);
+  for_passed_lights(context, ray, distance,
+                    [&](const SurfacePoint& light) { sum += met_with_mis(context, ray, &light, pdf_bsdf, throughput, mis); });
+  return sum;
+}
+
+// Both.
+inline Rgb emitted_with_mis(const RenderContext& context, const Ray& ray, const SurfacePoint* point, float pdf_bsdf,
+                            const Rgb& throughput = Rgb(1), MisMode mis = MisMode::power) {
+  const Rgb met = met_with_mis(context, ray, point, pdf_bsdf, throughput, mis);
+  if (!context.needs.passed_lights) return met;
+  const float distance = point ? glm::length(point->position - ray.origin) : infinity;
+  return met + passed_with_mis(context, ray, distance, pdf_bsdf, throughput, mis);
 }
 
 }  // namespace etendue

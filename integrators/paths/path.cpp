@@ -138,9 +138,10 @@ void PathWave::sort(const Event& event) {
     PathSample& path = *state.path;
     const bool counted = event.counts_for(state);
     if (first) path.first_distance = hit ? hit.t : infinity;
+    if (counted && context.needs.passed_lights)
+      path.radiance += passed_with_mis(context, rays_[i], hit.t, state.pdf_bsdf, state.throughput, settings.mis);
     if (!hit) {
-      if (counted)
-        path.radiance += emitted_with_mis(context, rays_[i], nullptr, state.pdf_bsdf, state.throughput, settings.mis);
+      if (counted) path.radiance += met_with_mis(context, rays_[i], nullptr, state.pdf_bsdf, state.throughput, settings.mis);
     } else if (hit.instance == 0 && world.geometry.is_triangle(hit.primitive)) {
       const Shape& shape = world.shape(hit.primitive);
       const bool asked = depth >= settings.max_depth || (counts && shape.first_light != no_id) ||
@@ -167,7 +168,7 @@ void PathWave::arrive(const Event& event, std::uint32_t i) {
   PathSample& path = *state.path;
   if (first) path.first_normal = point.normal;
   if (point.light != no_id && event.counts_for(state))
-    path.radiance += emitted_with_mis(context, rays_[i], &point, state.pdf_bsdf, state.throughput, settings.mis);
+    path.radiance += met_with_mis(context, rays_[i], &point, state.pdf_bsdf, state.throughput, settings.mis);
   if (depth >= settings.max_depth) return;
   if (event.gathers_at(point.material)) {
     path.gathered = point.material;

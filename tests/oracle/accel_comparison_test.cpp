@@ -169,6 +169,7 @@ class Leaking final : public RayQuery {
   bool occluded(const Ray& ray) const override { return ray.direction.x <= 0 && inner_->occluded(ray); }
   void closest(std::span<const Ray> rays, std::span<Hit> hits) const override { inner_->closest(rays, hits); }
   void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override { inner_->occluded(rays, occluded); }
+  Hit passed_light(const Ray& ray) const override { return inner_->passed_light(ray); }
   Hit closest_counted(const Ray& ray, TraversalCounters&) const override { return closest(ray); }
   bool occluded_counted(const Ray& ray, TraversalCounters&) const override { return occluded(ray); }
   RayStructureStats stats() const override { return inner_->stats(); }

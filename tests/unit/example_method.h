@@ -42,13 +42,13 @@ class Direct final : public Integrator {
     const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
     const Ray ray = context.scene.camera.ray(context.resolution, film, lens);
     const Hit hit = trace(context, ray);
-    if (!hit) return context.lights.environment(ray.direction);
+    if (!hit) return emitted_along(context, ray, nullptr);
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
     Rgb reflected{0};
     for (int i = 0; i < params_.light_samples; ++i)
       reflected += direct_light(context, point, bsdf, -ray.direction, sampler, MisMode::light);
-    return context.lights.emitted(point, -ray.direction) + reflected / static_cast<float>(params_.light_samples);
+    return emitted_along(context, ray, &point) + reflected / static_cast<float>(params_.light_samples);
   }
 
   DirectParams params_;

@@ -157,6 +157,7 @@ class CoarseForIndirect final : public RayQuery {
     ask(rays, answers,
         [](const RayQuery& of, const std::vector<Ray>& some, std::span<bool> found) { of.occluded(some, found); });
   }
+  Hit passed_light(const Ray& ray) const override { return full_.passed_light(ray); }
   Hit closest_counted(const Ray& ray, TraversalCounters&) const override { return closest(ray); }
   bool occluded_counted(const Ray& ray, TraversalCounters&) const override { return occluded(ray); }
   RayStructureStats stats() const override { return full_.stats(); }

@@ -54,6 +54,7 @@ class RecordingQuery final : public RayQuery {
   void occluded(std::span<const Ray> rays, std::span<bool> occluded) const override {
     for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = this->occluded(rays[i]);
   }
+  Hit passed_light(const Ray& ray) const override { return inner_.passed_light(ray); }
   Hit closest_counted(const Ray& ray, TraversalCounters&) const override { return closest(ray); }
   bool occluded_counted(const Ray& ray, TraversalCounters&) const override { return occluded(ray); }
   RayStructureStats stats() const override { return inner_.stats(); }

@@ -88,10 +88,9 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"roughplastic", "the same with a rough coat, which keeps the smooth one's transmission", &R::plastic},
       {"pplastic", "approximated by roughplastic: light is not polarized", &R::plastic},
       {"twosided", "the bsdf in it; of two different ones approximated by the first", &R::two_sided},
-      {"null", "the shape is left out; on lights approximated by a black surface", &R::null_bsdf},
+      {"null", "no surface; of a light, one that emits and lets all rays through", &R::null_bsdf},
       {"mask",
-       "as it is, any ray passes by the share that is not opaque; an image's alpha channel approximated for its colours; on "
-       "lights approximated by an opaque one",
+       "as it is, any ray passes by the share that is not opaque; an image's alpha channel approximated for its colours",
        &R::mask},
       {"blendbsdf",
        "two diffuse ones with constants mixed, one and null as a mask; others approximated by the one with more weight",

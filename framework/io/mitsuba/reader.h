@@ -285,7 +285,8 @@ class MitsubaReader {
   std::map<const XmlElement*, std::optional<TextureValue>> textures_;
   std::map<std::pair<const XmlElement*, float>, std::uint32_t> scene_textures_;
   std::deque<MaterialEntry> materials_;
-  std::vector<std::string> search_;  // folders of <path>
+  std::uint32_t mask_of_nothing_ = no_id;  // of lights that are no surface; once there is one
+  std::vector<std::string> search_;        // folders of <path>
   struct Told {
     Location where;
     std::string what;

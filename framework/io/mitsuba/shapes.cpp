@@ -102,7 +102,7 @@ void MitsubaReader::shape(const XmlElement& element, Group& group) {
   of.finish();
 }
 
-// None where the shape is no surface: it is left out.
+// None where the shape is no surface and does not emit: it is left out. A light that is none stops no ray.
 std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& group, MaterialEntry& entry, bool has_uvs) {
   leave_out_media(of);
   const auto glow = area_emitter(of, has_uvs);
@@ -111,11 +111,9 @@ std::optional<ShapeLook> MitsubaReader::look(const Properties& of, const Group& 
   const bool flip = of.boolean("flip_normals", false);
   if (entry.invisible && !glow) return std::nullopt;
   if (!entry.two_sided && one_sided_++ == 0) first_one_sided_ = of.where();
-  if (glow && (entry.mask != no_id || entry.invisible))
-    approximate(of.where(), fmt::format("{}: a light that lets rays through is not supported", of.title()),
-                entry.invisible ? "a black surface that emits" : "an opaque one");
-  if (entry.invisible) entry.material = Diffuse{Rgb(0)};
-  const std::uint32_t mask = glow ? no_id : entry.mask;
+  if (entry.invisible && mask_of_nothing_ == no_id)
+    mask_of_nothing_ = add_texture(ImageTexture{.size = {1, 1}, .texels = {Rgb(0)}});
+  const std::uint32_t mask = entry.invisible ? mask_of_nothing_ : entry.mask;
   if (has_uvs || !entry.relief) return ShapeLook{scene_material(entry), flip, glow, mask};
   approximate(of.where(), fmt::format("{}: only meshes with texture coordinates may have relief", of.title()),
               "a smooth surface");

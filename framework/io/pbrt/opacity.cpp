@@ -37,16 +37,14 @@ PbrtReader::TextureEntry* PbrtReader::varying_alpha(const PbrtParams& params) {
   return std::holds_alternative<Rgb>(entry.value) ? nullptr : &entry;
 }
 
-// The share of rays that the shape stops, as far as that is the same all over. 0: nothing of it is to be seen.
-float PbrtReader::constant_opacity(const PbrtParams& params) {
-  MaterialEntry& entry = materials_[attributes_.material];
-  if (entry.invisible) {
-    if (!attributes_.glow) return 0;
-    approximate(params.where(), "a light without a material: light passes through it", "a black surface that emits");
-    entry.material = Diffuse{Rgb(0)};
-    entry.field = nullptr;
-    return 1;
+// The share of rays that the shape stops, as far as that is the same all over. None: nothing of it is to be seen.
+std::optional<float> PbrtReader::constant_opacity(const PbrtParams& params) {
+  const MaterialEntry& entry = materials_[attributes_.material];
+  if (entry.invisible && attributes_.glow && !open_definition_) {
+    if (version3_) return 0.0f;
+    warn(params.where(), params.owner() + ": a light without a material does not shine, as in pbrt-v4");
   }
+  if (entry.invisible) return std::nullopt;
   float alpha = varying_alpha(params) ? 1 : number(params, "alpha", 1, 0, 1);
   if (version3_ && alpha > 0) alpha = 1;  // there only 0 lets light through
   const auto name = params.texture("alpha"), of_shadow = params.texture("shadowalpha");
@@ -54,9 +52,10 @@ float PbrtReader::constant_opacity(const PbrtParams& params) {
     approximate(params.where("shadowalpha"), "'shadowalpha' that is not 'alpha' is not supported",
                 "'alpha': shadows are those of what is seen");
   const float opacity = alpha * entry.constant_opacity;
+  if (opacity == 0 && (!attributes_.glow || open_definition_)) return std::nullopt;
   if (opacity == 1 || !attributes_.glow || open_definition_) return opacity;
   approximate(params.where(), "a light that is half transparent, or shines and is not seen, is not supported", "an opaque one");
-  return 1;
+  return 1.0f;
 }
 
 std::uint32_t PbrtReader::constant_mask(float opacity) {
@@ -69,7 +68,7 @@ std::uint32_t PbrtReader::constant_mask(float opacity) {
 std::uint32_t PbrtReader::add_mask(const PbrtParams& params, TriangleMesh& mesh, float constant) {
   const MaterialEntry& entry = materials_[attributes_.material];
   TextureEntry* const alpha = varying_alpha(params);
-  if (!alpha && !entry.opacity) return constant_mask(constant);
+  if (constant == 0 || (!alpha && !entry.opacity)) return constant_mask(constant);
   const auto by_place = [](const Field& field) { return field && field->uses_position; };
   const auto* const alpha_field = alpha ? std::get_if<Field>(&alpha->value) : nullptr;
   const bool glows = attributes_.glow && !open_definition_;

@@ -215,7 +215,7 @@ class PbrtReader {
   void bilinear_mesh(const PbrtParams& params);
   void height_field(const PbrtParams& params);
   void nurbs(const PbrtParams& params);
-  float constant_opacity(const PbrtParams& params);
+  std::optional<float> constant_opacity(const PbrtParams& params);
   // Adds the mask of an alpha that varies. Both may change the mesh: holes are cut into it where rays cannot be asked, and it
   // gets coordinates.
   std::uint32_t add_mask(const PbrtParams& params, TriangleMesh& mesh, float constant);

@@ -263,8 +263,8 @@ std::uint32_t PbrtReader::material_on(TriangleMesh& mesh, const PbrtParams& para
 }
 
 void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::string& name, std::size_t shapes) {
-  const float opacity = constant_opacity(params);
-  if (opacity == 0) return;
+  const auto opacity = constant_opacity(params);
+  if (!opacity) return;
   const Transform& t = ctm();
   const bool reverse = attributes_.reverse_orientation;
   for (vec3& p : mesh.positions) {
@@ -276,7 +276,7 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(params.where(), warning);
   if (mesh.uvs.empty() && !mesh.quads.empty() && needs_uvs(params)) give_uvs_of_quads(mesh);
-  const std::uint32_t mask = add_mask(params, mesh, opacity);
+  const std::uint32_t mask = add_mask(params, mesh, *opacity);
   if (mesh.triangles.empty()) return;
   const std::uint32_t material = material_on(mesh, params);
   const std::size_t triangles = mesh.triangles.size();
@@ -307,10 +307,10 @@ void PbrtReader::place(const Quadric& quadric, const SurfacePatch& patch, const 
     throw Error(params.where(), fmt::format("{}: {}", params.owner(), e.what()));
   }
   if (!placed && glows) return place_patch(patch, params);  // no instance can emit
-  const float opacity = constant_opacity(params);
-  if (opacity == 0) return;
+  const auto opacity = constant_opacity(params);
+  if (!opacity) return;
   ShapeLook appearance =
-      look(params, attributes_.reverse_orientation, scene_material(attributes_.material), constant_mask(opacity));
+      look(params, attributes_.reverse_orientation, scene_material(attributes_.material), constant_mask(*opacity));
   Definition& definition = open_definition_ ? *open_definition_ : world_;
   if (placed) {
     spread_power(appearance, quadric_area(*placed), 1);

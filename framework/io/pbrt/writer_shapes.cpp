@@ -70,7 +70,9 @@ std::string disk_text(float radius, float inner_radius) {
 PbrtWriter::Look PbrtWriter::look_of(const Object& object, const Shape& shape) {
   const bool emits = &object == scene_.objects.data() && shape.first_light != no_id;
   const AreaLight* light = emits ? &std::get<AreaLight>(scene_.lights[shape.first_light]) : nullptr;
-  return {material_name(shape.material), shape.flip_normal, light && !is_black(light->radiance) ? light : nullptr, shape.mask};
+  if (light && is_black(light->radiance)) light = nullptr;
+  if (light && shape.mask != no_id) warn("lights that let rays through: pbrt-v4 has none; written as lights that stop them");
+  return {material_name(shape.material), shape.flip_normal, light, light ? no_id : shape.mask};
 }
 
 void PbrtWriter::add_shape(const std::string& placement, const std::string& shape, const Look& look) {
