@@ -18,7 +18,11 @@ struct AlbedoStraightOn {
   Rgb operator()(const Diffuse& m) const { return evaluate(m.reflectance, textures, uv); }
   Rgb operator()(const Conductor& m) const { return m.ideal ? m.tint : m.tint * fresnel_conductor(1.0f, m.eta, m.k); }
   Rgb operator()(const Dielectric& m) const {
-    return glm::mix(m.transmit_tint, m.reflect_tint, fresnel_dielectric(1.0f, m.eta));
+    const float once = fresnel_dielectric(1.0f, m.eta);
+    return glm::mix(m.transmit_tint, m.reflect_tint, m.thin ? 2 * once / (1 + once) : once);
+  }
+  Rgb operator()(const DiffuseTransmission& m) const {
+    return evaluate(m.reflectance, textures, uv) + evaluate(m.transmittance, textures, uv);
   }
   // The integral of Plastic's base over all directions: (1 - the average of Fresnel's factor) / eta^2 is what is not reflected
   // back inside.

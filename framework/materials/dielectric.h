@@ -1,4 +1,4 @@
-// Glass, water: reflection and refraction, smooth or through microfacets ([Walter2007]).
+// Glass, water: reflection and refraction, smooth or through microfacets ([Walter2007]); and panes of it.
 #pragma once
 
 #include "framework/materials/fresnel.h"
@@ -13,6 +13,7 @@ struct Dielectric {
   float alpha = 0;
   Rgb reflect_tint{1}, transmit_tint{1};
   NormalDistribution distribution = NormalDistribution::ggx;
+  bool thin = false;  // both sides of a smooth pane: light passes straight on, and eta is that of the pane from either side
 
   bool has_specular() const { return alpha == 0; }
   bool has_non_specular() const { return alpha != 0; }
@@ -78,7 +79,19 @@ struct Dielectric::Lobes {
         met, select(wi.z > 0, fresnel * density / (4 * out_h), (1 - fresnel) * density * refraction_jacobian(out_h, in_h, eta)),
         F(0.0f));
   }
+  // With what passes to and fro inside, a pane reflects R + (1 - R)^2 (R + R^3 + ...) = 2 R / (1 + R), R being that of a side.
+  BsdfSampleOf<F> sample_pane(const Vec3<F>& wo, F u_lobe) const {
+    const F once = fresnel_dielectric(wo.z, F(m.eta));
+    const Mask<F> reflects = u_lobe < 2 * once / (1 + once);
+    BsdfSampleOf<F> s;
+    s.wi = select(reflects, reflect_about_normal(wo), -wo);
+    s.specular = true;
+    s.transmitted = !reflects;
+    s.weight = select(wo.z > 0, select(reflects, Vec3<F>(m.reflect_tint), Vec3<F>(m.transmit_tint)), Vec3<F>(0.0f));
+    return s;
+  }
   BsdfSampleOf<F> sample(const Vec3<F>& wo, Mask<F> below, F u_lobe, const Vec2<F>& u, TransportMode mode) const {
+    if (m.thin) return sample_pane(wo, u_lobe);
     const F eta = this->eta(below);
     const bool smooth = m.has_specular();
     const Vec3<F> h = smooth ? Vec3<F>(0.0f, 0.0f, 1.0f) : facets().sample_normal(wo, u);

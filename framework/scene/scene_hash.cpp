@@ -40,6 +40,7 @@ class Hasher {
   void operator()(const Dielectric& m) {
     add(m.eta, m.alpha, m.reflect_tint, m.transmit_tint);
     add_distribution(m.distribution);
+    if (m.thin) add(m.thin);
   }
   void operator()(const Plastic& m) {
     add_colour(m.reflectance);

@@ -72,7 +72,7 @@ struct MixtureSample {
 // Index beyond over index before for a direction that crosses the surface.
 float crossed_eta(const RenderContext& context, const SurfacePoint& point, const vec3& wo) {
   const auto* dielectric = std::get_if<Dielectric>(&context.scene.materials[point.material]);
-  if (!dielectric) return 1;
+  if (!dielectric || dielectric->thin) return 1;
   return glm::dot(wo, point.normal) > 0 ? dielectric->eta : 1 / dielectric->eta;
 }
 

@@ -26,6 +26,7 @@ std::vector<Case> every_material() {
           {"rough metal", Conductor{.eta = eta, .k = k, .alpha = vec2(0.3f)}},
           {"brushed metal", Conductor{.eta = eta, .k = k, .alpha = vec2(0.1f, 0.4f)}},
           {"glass", Dielectric{.eta = 1.5f}},
+          {"pane", Dielectric{.eta = 1.5f, .thin = true}},
           {"rough glass", Dielectric{.eta = 1.5f, .alpha = 0.3f}},
           {"plastic", Plastic{.reflectance = Rgb(0.6f)}},
           {"rough plastic", Plastic{.reflectance = checkered, .alpha = 0.2f}},

@@ -145,6 +145,7 @@ TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
   const Looks lossless[] = {{"white", Diffuse{Rgb(1)}},
                            {"mirror", Conductor{.ideal = true}},
                            {"glass", Dielectric{.eta = 1.5f}},
+                           {"pane", Dielectric{.eta = 1.5f, .thin = true}},
                            {"white plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f}}};
   for (const Looks& c : lossless) {
     const Setting setting(c.material);

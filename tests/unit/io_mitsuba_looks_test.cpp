@@ -39,6 +39,11 @@ TEST(MitsubaBsdfs, AreReadAsOurs) {
   const auto mixed = material_of<Diffuse>(R"(<bsdf type="blendbsdf"><float name="weight" value="0.25"/>
     <bsdf type="diffuse"><rgb name="reflectance" value="0.8"/></bsdf><bsdf type="diffuse"><rgb name="reflectance" value="0.4"/></bsdf></bsdf>)");
   expect_near(mixed.reflectance.constant, Rgb(0.7f));
+  const auto pane = material_of<Dielectric>(R"(<bsdf type="thindielectric"><float name="int_ior" value="1.6"/>
+    <float name="ext_ior" value="1"/><rgb name="specular_transmittance" value="0.5"/></bsdf>)");
+  EXPECT_TRUE(pane.thin);
+  EXPECT_FLOAT_EQ(pane.eta, 1.6f);
+  EXPECT_EQ(pane.transmit_tint, Rgb(0.5f));
 }
 
 // Mitsuba's plastic without `nonlinear` divides by 1 - F, ours by 1 - albedo F.
@@ -53,7 +58,7 @@ TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
 }
 
 TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
-  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "thindielectric", "hk", "measured", "difftrans",
+  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "hk", "measured", "difftrans",
                            "pplastic", "polarizer"}) {
     const std::string shape = "<shape type=\"rectangle\"><bsdf type=\"" + std::string(type) + "\"/></shape>";
     EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;

@@ -99,7 +99,7 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"bumpmap", "as it is; of meshes without texture coordinates approximated by the bsdf in it", &R::bump},
       {"normalmap", "like bumpmap", &R::bump},
       {"roughdiffuse", "alpha 0 as it is; others approximated by diffuse", &R::rough_diffuse},
-      {"thindielectric", "approximated by what it lets through straight on; its reflections are lost", &R::thin_dielectric},
+      {"thindielectric", "as it is; int_ior and ext_ior by number or name", &R::thin_dielectric},
       {"coating", "approximated: of a diffuse bsdf plastic, else the bsdf in it", &R::coating},
       {"roughcoating", "approximated: of a diffuse bsdf roughplastic, else the bsdf in it", &R::coating},
       {"phong", "approximated by a metallic GGX lobe or by roughplastic, whichever of the two lobes is larger", &R::phong},
@@ -248,14 +248,10 @@ MitsubaReader::MaterialEntry MitsubaReader::dielectric(const Properties& of) {
   return {.material = glass, .two_sided = true};
 }
 
-// A pane lets (1 - R) / (1 + R) through, R of one of its two sides at normal incidence.
 MitsubaReader::MaterialEntry MitsubaReader::thin_dielectric(const Properties& of) {
-  const float eta = relative_index(of, "bk7"), r = square((eta - 1) / (eta + 1));
-  approximate(of.where(), fmt::format("{} is not supported", of.title()),
-              fmt::format("a pane that reflects nothing and lets {:.0f} % of the light straight on", 100 * (1 - r) / (1 + r)));
-  Dielectric pane{.eta = 1.0001f};
-  of.ignore({"specular_reflectance"});
-  pane.transmit_tint = (1 - r) / (1 + r) * colour(of, "specular_transmittance", Rgb(1), ColourUse::reflectance);
+  Dielectric pane{.eta = relative_index(of, "bk7"), .thin = true};
+  pane.reflect_tint = colour(of, "specular_reflectance", Rgb(1), ColourUse::reflectance);
+  pane.transmit_tint = colour(of, "specular_transmittance", Rgb(1), ColourUse::reflectance);
   return {.material = pane, .two_sided = true};
 }
 

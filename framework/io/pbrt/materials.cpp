@@ -195,6 +195,8 @@ PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, con
     entry.material = make_dielectric(params);
   } else if (type == "glass") {
     entry.material = make_glass(params);
+  } else if (type == "thindielectric") {
+    entry.material = Dielectric{.eta = refractive_index(params, 0.1f), .thin = true};
   } else if (type == "coateddiffuse") {
     entry.material = make_coated_diffuse(params, entry);
   } else if (type == "plastic") {

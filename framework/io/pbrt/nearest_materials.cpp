@@ -85,8 +85,6 @@ void PbrtReader::make_nearest(const std::string& type, const PbrtParams& params,
     entry.material = make_coated_conductor(params);
   } else if (type == "disney") {
     entry.material = make_disney(params, entry);
-  } else if (type == "thindielectric") {
-    entry.material = make_thin_dielectric(params);
   } else if (type == "subsurface" || type == "kdsubsurface") {
     approximate(params.where(), what, "a coated diffuse surface of the same albedo: light comes out where it went in");
     entry.material = make_subsurface(params, type == "kdsubsurface", entry);
@@ -241,17 +239,6 @@ Material PbrtReader::make_coated_conductor(const PbrtParams& params) {
   const float coat = normal_reflectance(eta);
   params.ignore({"thickness", "g", "albedo", "maxdepth", "nsamples"});
   return metal_of(coat + square(1 - coat) * base / (1.0f - coat * base), alpha);
-}
-
-// Both sides of a sheet, which reflects 2 R / (1 + R).
-Material PbrtReader::make_thin_dielectric(const PbrtParams& params) {
-  approximate(params.where(), "material \"thindielectric\" is not supported",
-              "a sheet that light passes straight through, dimmed as it is seen straight on: it mirrors nothing");
-  const float reflectance = normal_reflectance(refractive_index(params, 0.1f));
-  Dielectric sheet;
-  sheet.eta = 1;
-  sheet.transmit_tint = Rgb(1 - 2 * reflectance / (1 + reflectance));
-  return sheet;
 }
 
 Material PbrtReader::make_subsurface(const PbrtParams& params, bool by_colour, MaterialEntry& entry) {

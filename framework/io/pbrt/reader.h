@@ -268,7 +268,6 @@ class PbrtReader {
   Material make_disney(const PbrtParams& params, MaterialEntry& entry);
   Material make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry);
   Material make_coated_conductor(const PbrtParams& params);
-  Material make_thin_dielectric(const PbrtParams& params);
   Material make_subsurface(const PbrtParams& params, bool by_colour, MaterialEntry& entry);
   Material make_hair(const PbrtParams& params, MaterialEntry& entry);
   MaterialEntry make_mix(const PbrtParams& params);

@@ -61,7 +61,7 @@ constexpr PbrtSupport supported[] = {
     {"Material", "kdsubsurface", "like subsurface"},
     {"Material", "disney", "approximated: metal, rough glass, or a coated diffuse surface, whichever has most weight"},
     {"Material", "hair", "approximated: diffuse of its colour"},
-    {"Material", "thindielectric", "approximated: light passes straight, dimmed; nothing is mirrored"},
+    {"Material", "thindielectric", "as it is; eta from 0.1 on"},
     {"Material", "measured", half_grey},
     {"Material", "fourier", half_grey},
 

@@ -156,9 +156,14 @@ std::string PbrtWriter::material_text(const Conductor& conductor) {
 
 std::string PbrtWriter::material_text(const Dielectric& dielectric) {
   const float eta = within(dielectric.eta, 0.1f, 10, "glass with an index");
+  const bool tinted = dielectric.reflect_tint != Rgb(1) || dielectric.transmit_tint != Rgb(1);
+  if (dielectric.thin) {
+    if (tinted) warn("tinted panes: pbrt-v4 has none; written without their tint");
+    return "\"thindielectric\" \"float eta\" " + bracketed({eta});
+  }
   const std::string surface =
       " \"float eta\" " + bracketed({eta}) + roughness_text(vec2(dielectric.alpha), dielectric.distribution);
-  if (dielectric.reflect_tint == Rgb(1) && dielectric.transmit_tint == Rgb(1)) return "\"dielectric\"" + surface;
+  if (!tinted) return "\"dielectric\"" + surface;
   warn("tinted glass: pbrt-v4 has none; written as version 3's \"glass\"");
   return "\"glass\"" + rgb_text("Kr", dielectric.reflect_tint) + rgb_text("Kt", dielectric.transmit_tint) + surface;
 }
