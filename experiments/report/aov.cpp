@@ -60,9 +60,9 @@ struct SurfaceImage {
   double nothing;  // where nothing is seen
   bool is_mean;
 };
-constexpr SurfaceImage surface_images[] = {
-    {"albedo", albedo_of, 0, true},          {"normal", normal_of, 0, true},        {"position", position_of, 0, false},
-    {"depth", depth_of, infinity, false},    {"primitive", primitive_of, -1, false}, {"material", material_number_of, -1, false}};
+constexpr SurfaceImage surface_images[] = {{"albedo", albedo_of, 0, true},         {"normal", normal_of, 0, true},
+                                           {"position", position_of, 0, false},    {"depth", depth_of, infinity, false},
+                                           {"primitive", primitive_of, -1, false}, {"material", material_number_of, -1, false}};
 
 dvec3 seen_at(const SurfaceImage& image, const RenderContext& context, const vec2& film) {
   const Ray ray = context.scene.camera.ray(context.resolution, film, vec2(0.5f));

@@ -4,13 +4,14 @@
 #include "framework/materials/conductor.h"
 #include "framework/materials/dielectric.h"
 #include "framework/materials/diffuse.h"
+#include "framework/materials/diffuse_transmission.h"
 #include "framework/materials/plastic.h"
 
 #include <variant>
 
 namespace etendue {
 
-using Material = std::variant<Diffuse, Conductor, Dielectric, Plastic>;
+using Material = std::variant<Diffuse, Conductor, Dielectric, Plastic, DiffuseTransmission>;
 
 // Can light be reflected or refracted into a delta direction? (A smooth plastic can.)
 inline bool has_specular(const Material& material) {

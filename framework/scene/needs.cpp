@@ -70,7 +70,8 @@ bool specular_in_light(const Scene& scene) {
 
 bool has_glossy_lobe(const Material& material) {
   if (const auto* p = std::get_if<Plastic>(&material)) return p->alpha != 0;
-  return !std::holds_alternative<Diffuse>(material) && has_non_specular(material);
+  const bool is_even = std::holds_alternative<Diffuse>(material) || std::holds_alternative<DiffuseTransmission>(material);
+  return !is_even && has_non_specular(material);
 }
 
 }  // namespace
@@ -83,8 +84,8 @@ SceneNeeds scene_needs(const Scene& scene) {
   n.light_choice = scene.lights.size() > 1;
   n.textures = !scene.textures.empty();
   n.masks = scene.has_masks();
-  n.thin_lens = scene.camera.lens_radius > 0;
   n.passed_lights = scene.has_passed_lights();
+  n.thin_lens = scene.camera.lens_radius > 0;
   for (const Object& object : scene.objects) {
     n.quadrics |= !object.geometry.quadrics.empty();
     for (const Shape& shape : object.shapes) n.shading_normals |= shape.has_normals || shape.relief != no_id;

@@ -48,6 +48,11 @@ class Hasher {
     add_distribution(m.distribution);
   }
 
+  void operator()(const DiffuseTransmission& m) {
+    add_colour(m.reflectance);
+    add_colour(m.transmittance);
+  }
+
   void operator()(const ImageTexture& t) {
     add(t.size, t.uv_scale, t.uv_offset, t.gain);
     if (t.wrap_u != Wrap::repeat || t.wrap_v != Wrap::repeat) add(t.wrap_u, t.wrap_v);

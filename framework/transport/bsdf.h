@@ -111,7 +111,9 @@ class Bsdf {
   bool has_specular() const { return has_specular_; }
   bool has_non_specular() const { return has_non_specular_; }
   bool is_diffuse() const { return std::holds_alternative<Placed<Diffuse>>(placed_); }  // diffuse only
-  bool transmits() const { return std::holds_alternative<Placed<Dielectric>>(placed_); }
+  bool transmits() const {
+    return std::holds_alternative<Placed<Dielectric>>(placed_) || std::holds_alternative<Placed<DiffuseTransmission>>(placed_);
+  }
   // Reflectance of the purely diffuse part, for photon gathers and irradiance caches: f = albedo / pi. Black if there is none.
   Rgb diffuse_albedo() const;
 

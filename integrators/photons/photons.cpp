@@ -52,6 +52,7 @@ struct NarrowestAlpha {
   float operator()(const Conductor& m) const { return std::min(m.alpha.x, m.alpha.y); }
   float operator()(const Dielectric& m) const { return m.alpha * std::min(1.0f, 4 * std::abs(m.eta - 1)); }
   float operator()(const Plastic& m) const { return m.alpha > 0 ? m.alpha : 1; }
+  float operator()(const DiffuseTransmission&) const { return 1; }
 };
 
 // Photon i draws point i of its pass's sequence.

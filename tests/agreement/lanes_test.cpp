@@ -28,6 +28,7 @@ std::vector<Case> every_material() {
           {"glass", Dielectric{.eta = 1.5f}},
           {"pane", Dielectric{.eta = 1.5f, .thin = true}},
           {"rough glass", Dielectric{.eta = 1.5f, .alpha = 0.3f}},
+          {"leaf", DiffuseTransmission{checkered, Rgb(0.2f)}},
           {"plastic", Plastic{.reflectance = Rgb(0.6f)}},
           {"rough plastic", Plastic{.reflectance = checkered, .alpha = 0.2f}},
           {"Beckmann metal",

@@ -23,6 +23,7 @@ std::vector<Looks> all_looks() {
       {"conductor", Conductor{.eta = eta, .k = k, .alpha = vec2(0.3f)}},
       {"anisotropic conductor", Conductor{.eta = eta, .k = k, .alpha = vec2(0.15f, 0.5f)}},
       {"rough glass", Dielectric{.eta = 1.5f, .alpha = 0.3f}},
+      {"leaf", DiffuseTransmission{Rgb(0.3f), Rgb(0.6f)}},
       {"Beckmann conductor",
        Conductor{.eta = eta, .k = k, .alpha = vec2(0.15f, 0.5f), .distribution = NormalDistribution::beckmann}},
       {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.3f, .distribution = NormalDistribution::beckmann}},
@@ -143,10 +144,11 @@ double mean_weight(const Bsdf& bsdf, const vec3& wo, TransportMode mode) {
 
 TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
   const Looks lossless[] = {{"white", Diffuse{Rgb(1)}},
-                           {"mirror", Conductor{.ideal = true}},
-                           {"glass", Dielectric{.eta = 1.5f}},
-                           {"pane", Dielectric{.eta = 1.5f, .thin = true}},
-                           {"white plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f}}};
+                            {"mirror", Conductor{.ideal = true}},
+                            {"glass", Dielectric{.eta = 1.5f}},
+                            {"pane", Dielectric{.eta = 1.5f, .thin = true}},
+                            {"leaf", DiffuseTransmission{Rgb(0.25f), Rgb(0.75f)}},
+                            {"white plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f}}};
   for (const Looks& c : lossless) {
     const Setting setting(c.material);
     for (const float cosine : cosines)
@@ -159,10 +161,10 @@ TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
 TEST(Bsdf, RoughSurfacesLoseAndNeverGain) {
   constexpr auto beckmann = NormalDistribution::beckmann;
   const Looks rough[] = {{"conductor", Conductor{.ideal = true, .alpha = vec2(0.4f)}},
-                        {"Beckmann conductor", Conductor{.ideal = true, .alpha = vec2(0.4f), .distribution = beckmann}},
-                        {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.4f, .distribution = beckmann}},
-                        {"glass", Dielectric{.eta = 1.5f, .alpha = 0.4f}},
-                        {"plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f, .alpha = 0.3f}}};
+                         {"Beckmann conductor", Conductor{.ideal = true, .alpha = vec2(0.4f), .distribution = beckmann}},
+                         {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.4f, .distribution = beckmann}},
+                         {"glass", Dielectric{.eta = 1.5f, .alpha = 0.4f}},
+                         {"plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f, .alpha = 0.3f}}};
   for (const Looks& c : rough) {
     const Setting setting(c.material);
     for (const float cosine : cosines) {

@@ -1,5 +1,5 @@
-// Panes that light passes straight on: what they let through and mirror, against 2 R / (1 + R), R being Fresnel's factor of a
-// side, whatever the method.
+// Sheets that light passes, whatever the method. Panes let it straight on: what they let through and mirror, against
+// 2 R / (1 + R), R being Fresnel's factor of a side. Leaves scatter it: both sides of one between two lights of closed form.
 #include "framework/materials/fresnel.h"
 #include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
@@ -81,6 +81,46 @@ TEST(Panes, DimWhatTheLampSendsThrough) {
                                            {"irradiance-cache", 64u}})
     EXPECT_NEAR(mean_of(floor_under_pane(true, false), method, iterations).y / open / once, 1, 0.04) << method;
   EXPECT_NEAR(mean_of(floor_under_pane(true, true), "bdpt", 256).y / open / (once * once), 1, 0.03);
+}
+
+// A leaf under a disk that emits downwards, of which half the light leaves the upper side and the other half the lower one.
+Scene leaf_under_lamp(bool from_below, const Rgb& reflectance, const Rgb& transmittance) {
+  SceneBuilder b("leaf");
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(DiffuseTransmission{reflectance, transmittance}));
+  b.quadric(Disk{.centre = {0, 1, 0}, .radius = 1, .normal = {0, -1, 0}}, b.material(Diffuse{Rgb(0)}), Rgb(10));
+  b.camera({0.9f, from_below ? -0.6f : 0.6f, 0}, {0, 0, 0}, 3, {8, 8});
+  return b.finish();
+}
+
+TEST(Leaves, ShowTheLightOfOneSideOnBoth) {
+  const Rgb reflectance(0.1f, 0.2f, 0.3f), transmittance(0.5f, 0.4f, 0.3f);
+  for (const auto& [method, iterations] : {std::pair{"path", 64u},
+                                           {"bdpt", 64u},
+                                           {"vcm", 64u},
+                                           {"photon-map", 8u},
+                                           {"sppm", 32u},
+                                           {"guided", 64u},
+                                           {"irradiance-cache", 16u},
+                                           {"hash-cache", 64u},
+                                           {"light-trace", 2048u}})
+    for (const bool from_below : {false, true}) {
+      const dvec3 seen = mean_of(leaf_under_lamp(from_below, reflectance, transmittance), method, iterations);
+      const Rgb expected = 5.0f * (from_below ? transmittance : reflectance);
+      const double off = method == std::string("light-trace") ? 0.06 : 0.03;
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c] / expected[c], 1, off) << method << (from_below ? " below" : " above");
+    }
+}
+
+// Two leaves in an even sky send on all that they take up: everything is as bright as the sky.
+TEST(Leaves, OfNoLossAreAsBrightAsTheSky) {
+  SceneBuilder b("leaves");
+  const auto leaf = b.material(DiffuseTransmission{Rgb(0.4f), Rgb(0.6f)});
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), leaf);
+  b.mesh(quad({-2, 1, 2}, {2, 1, 2}, {2, 1, -2}, {-2, 1, -2}), leaf);
+  b.light(EnvironmentLight{.scale = Rgb(1), .size = {}, .texels = {}, .light_to_world = {}});
+  b.camera({0.5f, 3, 0}, {0, 0, 0}, 10, {8, 8});
+  const Scene scene = b.finish();
+  for (const char* method : {"path", "bdpt"}) EXPECT_NEAR(mean_of(scene, method, 64).y, 1, 0.02) << method;
 }
 
 }  // namespace

@@ -44,6 +44,10 @@ TEST(MitsubaBsdfs, AreReadAsOurs) {
   EXPECT_TRUE(pane.thin);
   EXPECT_FLOAT_EQ(pane.eta, 1.6f);
   EXPECT_EQ(pane.transmit_tint, Rgb(0.5f));
+  const auto leaf =
+      material_of<DiffuseTransmission>("<bsdf type=\"difftrans\"><rgb name=\"transmittance\" value=\"0.3\"/></bsdf>");
+  EXPECT_EQ(leaf.reflectance.constant, Rgb(0));
+  EXPECT_EQ(leaf.transmittance.constant, Rgb(0.3f));
 }
 
 // Mitsuba's plastic without `nonlinear` divides by 1 - F, ours by 1 - albedo F.
@@ -58,8 +62,7 @@ TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
 }
 
 TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
-  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "hk", "measured", "difftrans",
-                           "pplastic", "polarizer"}) {
+  for (const char* type : {"phong", "ward", "principled", "roughdiffuse", "hk", "measured", "pplastic", "polarizer"}) {
     const std::string shape = "<shape type=\"rectangle\"><bsdf type=\"" + std::string(type) + "\"/></shape>";
     EXPECT_ERROR(read(shape), "s.xml:2:25: ") << type;
     EXPECT_TRUE(warns(approximated(shape), type)) << type;

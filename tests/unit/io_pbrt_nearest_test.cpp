@@ -94,15 +94,19 @@ TEST(PbrtNearest, ThinLayeredAndTransmittingSurfaces) {
   EXPECT_FLOAT_EQ(coated.alpha.x, 0.2f);
   const Rgb r = (coated.k * coated.k) / (4.0f + coated.k * coated.k), base(0.9f, 0.5f, 0.1f);
   expect_near(r, 0.04f + 0.96f * 0.96f * base / (1.0f - 0.04f * base), 1e-4f);
-  EXPECT_EQ(
-      approximate_material_of<Diffuse>("Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .3] \"float scale\" 2")
-          .reflectance.constant,
-      Rgb(0.2f, 0.4f, 0.6f));
-  EXPECT_EQ(
-      material_of<Diffuse>("Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .3] \"rgb transmittance\" [0 0 0]")
-          .reflectance.constant,
-      Rgb(0.1f, 0.2f, 0.3f));
-  EXPECT_TRUE(approximate_material_of<Dielectric>("Material \"diffusetransmission\" \"rgb reflectance\" [0 0 0]").alpha == 1);
+  const auto leaf =
+      material_of<DiffuseTransmission>("Material \"diffusetransmission\" \"rgb reflectance\" [.1 .2 .25] \"float scale\" 2");
+  expect_near(leaf.reflectance.constant, {0.2f, 0.4f, 0.5f});
+  expect_near(leaf.transmittance.constant, Rgb(0.5f));
+  const std::string bright = "Material \"diffusetransmission\" \"rgb reflectance\" [.9 .9 .9] \"rgb transmittance\" [.6 .3 .3]";
+  EXPECT_ERROR(world(bright + triangle), "more than all light");
+  expect_near(approximate_material_of<DiffuseTransmission>(bright).transmittance.constant, {0.4f, 0.2f, 0.2f});
+  const auto paper = material_of<DiffuseTransmission>(
+      "Material \"translucent\" \"rgb Kd\" [.8 .4 .2] \"rgb Ks\" [0 0 0] "
+      "\"rgb transmit\" [.25 .25 .25]");
+  expect_near(paper.reflectance.constant, {0.4f, 0.2f, 0.1f});
+  expect_near(paper.transmittance.constant, {0.2f, 0.1f, 0.05f});
+  EXPECT_ERROR(world("Material \"translucent\"" + triangle), "'Ks' of material");
   EXPECT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float eta\" .75").eta, 0.75f) << "as of air in water";
   EXPECT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float eta\" 1 \"float roughness\" .3").alpha, 0);
 }

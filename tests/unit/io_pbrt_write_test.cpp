@@ -136,6 +136,8 @@ TEST_F(PbrtWrite, WhatWasReadIsWrittenExactly) {
     Shape "trianglemesh" "point3 P" [0 0 0 1 0 0 0 1 0] "normal3 N" [0 0 1 0.1 0.2 1 0 0.3 0.9]
     Material "thindielectric" "float eta" 1.4
     Shape "disk" "float radius" 1.3
+    Material "diffusetransmission" "rgb reflectance" [0.1 0.2 0.3] "rgb transmittance" [0.3 0.2 0.1]
+    Shape "disk" "float radius" 0.7 "float height" 0.3
     NamedMaterial "brushed"
     Shape "sphere" "float radius" 0.4)";
   const Scene scene = parse_pbrt(text, "s.pbrt");

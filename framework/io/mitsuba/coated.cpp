@@ -92,10 +92,9 @@ MitsubaReader::MaterialEntry MitsubaReader::polarizer(const Properties& of) {
 }
 
 MitsubaReader::MaterialEntry MitsubaReader::diffuse_transmitter(const Properties& of) {
-  approximate(of.where(), fmt::format("{} is not supported", of.title()),
-              "a very rough interface without refraction at its other side: it reflects a little");
-  const Rgb passed = colour(of, "transmittance", Rgb(0.5f), ColourUse::reflectance);
-  return {.material = Dielectric{.eta = 1.1f, .alpha = 1, .transmit_tint = passed}, .two_sided = true};
+  MaterialEntry entry{.two_sided = true};
+  entry.material = DiffuseTransmission{Rgb(0), reflectance(of, "transmittance", Rgb(0.5f), entry.textured)};
+  return entry;
 }
 
 MitsubaReader::MaterialEntry MitsubaReader::other_bsdf(const Properties& of) {

@@ -193,28 +193,68 @@ Material PbrtReader::make_disney(const PbrtParams& params, MaterialEntry& entry)
 }
 
 Material PbrtReader::make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry) {
+// Both materials keep shares of light on either side, which together are no more than all of it.
   const float factor = version3 ? 1 : number(params, "scale", 1, 0, 1e6f);
-  const Rgb kept = colour(params, version3 ? "reflect" : "reflectance", Rgb(version3 ? 0.5f : 0.25f), ColourUse::reflectance);
-  const Rgb passed =
-      colour(params, version3 ? "transmit" : "transmittance", Rgb(version3 ? 0.5f : 0.25f), ColourUse::reflectance);
-  if (!is_black(passed))
-    approximate(params.where(), "diffuse transmission is not supported",
-                is_black(kept) ? "a very rough interface without refraction at its other side: it reflects a little"
-                               : "its reflection alone: no light comes through");
-  if (version3) specular_strength(params, "Ks", 0.25f);
-  if (version3) params.ignore({"roughness", "uroughness", "vroughness", "remaproughness"});
-  if (is_black(kept) && !is_black(passed)) {
-    if (version3) params.ignore({"Kd"});
-    Dielectric sheet;
-    sheet.eta = 1.1f;
-    sheet.alpha = 1;
-    sheet.transmit_tint = glm::min(factor * passed, Rgb(1));
-    return sheet;
+  if (version3) {
+    const float strength = specular_strength(params, "Ks", 0.25f);
+    if (strength > 0)
+      approximate(params.where("Ks"), "'Ks' of material \"translucent\" is not supported", "0: it has no highlights");
+    params.ignore({"roughness", "uroughness", "vroughness", "remaproughness"});
   }
-  if (!version3)
-    return Diffuse{textured_colour(params, "reflectance", Rgb(0.25f), entry,
-                                   [factor](const Rgb& r) { return glm::min(factor * r, Rgb(1)); })};
-  return Diffuse{textured_colour(params, "Kd", Rgb(0.25f), entry, [kept](const Rgb& kd) { return kept * kd; })};
+  const std::string_view names[2] = {version3 ? "reflect" : "reflectance", version3 ? "transmit" : "transmittance"};
+  const Rgb otherwise(version3 ? 0.5f : 0.25f);
+  DiffuseTransmission sheet;
+  if (version3) {
+    const Rgb kept = colour(params, names[0], otherwise, ColourUse::reflectance),
+              passed = colour(params, names[1], otherwise, ColourUse::reflectance);
+    const float most = std::max(max_component(kept + passed), 1.0f);
+    if (most > 1) tell_of_excess(params, names[0]);
+    const auto part = [&](const Rgb& share) {
+      return textured_part(params, "Kd", Rgb(0.25f), entry, [share, most](const Rgb& kd) { return share * kd / most; });
+    };
+    sheet = {part(kept), part(passed)};
+  } else {
+    const auto part = [&](std::string_view name, float scale) {
+      const ColourMap scaled = [scale](const Rgb& r) { return glm::min(scale * r, Rgb(1)); };
+      return textured_part(params, name, otherwise, entry, scale == 1 ? ColourMap() : scaled);
+    };
+    sheet = {part(names[0], factor), part(names[1], factor)};
+    if (const float most = most_of(sheet.reflectance) + most_of(sheet.transmittance); most > 1 + 1e-4f) {
+      tell_of_excess(params, names[0]);
+      sheet = {part(names[0], factor / most), part(names[1], factor / most)};
+    }
+  }
+  return sheet;
+}
+
+void PbrtReader::tell_of_excess(const PbrtParams& params, std::string_view name) {
+  approximate(params.where(name), "a surface that reflects and lets through more than all light",
+              "both scaled alike to no more than that");
+}
+
+// Images stay; all else that varies becomes its mean, for a surface bakes one texture alone.
+TexturedRgb PbrtReader::textured_part(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
+                                      MaterialEntry& entry, const ColourMap& map) {
+  MaterialEntry read;
+  const TexturedRgb colour = textured_colour(params, name, otherwise, read, map);
+  if (!read.field) {
+    entry.textured |= read.textured;
+    return colour;
+  }
+  approximate(params.where(name),
+              fmt::format("'{}' is a texture that is no image, of a surface that light comes through", name), "its mean");
+  return within_unit(mean_of(read.field));
+}
+
+float PbrtReader::most_of(const TexturedRgb& colour) const {
+  if (colour.is_constant()) return max_component(colour.constant);
+  float most = 0;
+  const Texture& texture = scene_.textures[colour.texture];
+  if (const auto* checks = std::get_if<CheckerTexture>(&texture))
+    return std::max(max_component(checks->even), max_component(checks->odd));
+  const auto& image = std::get<ImageTexture>(texture);
+  for (const Rgb& texel : image.texels) most = std::max(most, image.gain * max_component(texel));
+  return most;
 }
 
 // What coat and metal reflect together straight on, their mutual reflections summed.

@@ -270,6 +270,10 @@ class PbrtReader {
   Material make_coated_conductor(const PbrtParams& params);
   Material make_subsurface(const PbrtParams& params, bool by_colour, MaterialEntry& entry);
   Material make_hair(const PbrtParams& params, MaterialEntry& entry);
+  void tell_of_excess(const PbrtParams& params, std::string_view name);
+  TexturedRgb textured_part(const PbrtParams& params, std::string_view name, const Rgb& otherwise, MaterialEntry& entry,
+                            const ColourMap& map);
+  float most_of(const TexturedRgb& colour) const;
   MaterialEntry make_mix(const PbrtParams& params);
   const MaterialEntry& named_entry(const PbrtParams& params, std::string_view param, const std::string& name) const;
   std::optional<Field> diffuse_field(const MaterialEntry& entry) const;

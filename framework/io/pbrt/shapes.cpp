@@ -28,6 +28,7 @@ TexturedRgb textured(std::uint32_t texture) {
 TexturedRgb* reflectance_of(Material& material) {
   if (auto* diffuse = std::get_if<Diffuse>(&material)) return &diffuse->reflectance;
   if (auto* plastic = std::get_if<Plastic>(&material)) return &plastic->reflectance;
+  if (auto* sheet = std::get_if<DiffuseTransmission>(&material)) return &sheet->reflectance;
   return nullptr;
 }
 
@@ -222,6 +223,10 @@ std::uint32_t PbrtReader::material_in_atlas(const MaterialEntry& entry, Triangle
                 "the same on each, as the object is defined");
   Material material = entry.material;
   TexturedRgb* const reflectance = reflectance_of(material);
+  if (auto* sheet = std::get_if<DiffuseTransmission>(&material); sheet && !sheet->transmittance.is_constant()) {
+    approximate(params.where(), "a texture of what passes through, beside one by the place", "its mean");
+    sheet->transmittance = within_unit(mean_of(texture_field(scene_.textures[sheet->transmittance.texture])));
+  }
   std::vector<FieldToBake> fields;
   Field colour = entry.field;
   if (!colour && reflectance && !reflectance->is_constant()) colour = texture_field(scene_.textures[reflectance->texture]);

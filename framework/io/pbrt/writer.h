@@ -50,6 +50,7 @@ class PbrtWriter {
   std::string material_text(const Conductor& conductor);
   std::string material_text(const Dielectric& dielectric);
   std::string material_text(const Plastic& plastic);
+  std::string material_text(const DiffuseTransmission& sheet);
   std::string roughness_text(const vec2& alpha, NormalDistribution distribution);
   std::string wrap_text(const ImageTexture& image);
   float within(float value, float low, float high, const char* what);

@@ -174,6 +174,11 @@ std::string PbrtWriter::material_text(const Plastic& plastic) {
          roughness_text(vec2(plastic.alpha), plastic.distribution);
 }
 
+std::string PbrtWriter::material_text(const DiffuseTransmission& sheet) {
+  return "\"diffusetransmission\"" + colour_text("reflectance", sheet.reflectance) +
+         colour_text("transmittance", sheet.transmittance);
+}
+
 std::string PbrtWriter::material_name(std::uint32_t material) {
   const auto [entry, is_new] = materials_.try_emplace(material);
   if (is_new) {
