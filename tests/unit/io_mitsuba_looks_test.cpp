@@ -50,6 +50,31 @@ TEST(MitsubaBsdfs, AreReadAsOurs) {
   EXPECT_EQ(leaf.transmittance.constant, Rgb(0.3f));
 }
 
+TEST(MitsubaBsdfs, MixturesOfOneKindAreExact) {
+  const auto metal = [](const char* tint, const char* alpha) {
+    return fmt::format(
+        R"(<bsdf type="roughconductor"><float name="alpha" value="{}"/><rgb name="specular_reflectance" value="{}"/></bsdf>)",
+        alpha, tint);
+  };
+  const auto blend = [](const std::string& a, const std::string& b) {
+    return "<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.25\"/>" + a + b + "</bsdf>";
+  };
+  expect_near(material_of<Conductor>(blend(metal("0.8", "0.2"), metal("0.4", "0.2"))).tint, Rgb(0.7f));
+  EXPECT_ERROR(material_of<Conductor>(blend(metal("0.8", "0.2"), metal("0.4", "0.3"))), "alike but for constant colours");
+  const auto plastic = [](const char* base) {
+    return fmt::format(R"(<bsdf type="plastic"><rgb name="diffuse_reflectance" value="{}"/></bsdf>)", base);
+  };
+  // Linear plastic looks as bright as its reflectance says.
+  expect_near(material_of<Plastic>(blend(plastic("0.8"), plastic("0.4"))).reflectance.constant,
+              material_of<Plastic>(plastic("0.7")).reflectance.constant);
+  const auto mixture = [&](const char* weights) {
+    return fmt::format(R"(<bsdf type="mixturebsdf"><string name="weights" value="{}"/>{}{}{}</bsdf>)", weights,
+                       metal("1", "0.2"), metal("0.5", "0.2"), metal("0", "0.2"));
+  };
+  expect_near(material_of<Conductor>(mixture("0.5, 0.3, 0.2"), "0.6.0").tint, Rgb(0.65f));
+  EXPECT_ERROR(material_of<Conductor>(mixture("0.5, 0.3, 0.1"), "0.6.0"), "mixturebsdf");
+}
+
 // Mitsuba's plastic without `nonlinear` divides by 1 - F, ours by 1 - albedo F.
 TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
   const std::string inside = "<rgb name=\"diffuse_reflectance\" value=\"0.5\"/>";

@@ -61,9 +61,19 @@ TEST(PbrtNearest, MixturesOfDiffuseSurfacesAreExact) {
   expect_near(material_of<Diffuse>(parts + "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25")
                   .reflectance.constant,
               {0.75f, 0.25f, 0});
+  const std::string mirrors =
+      "MakeNamedMaterial \"c\" \"string type\" \"mirror\" \"rgb Kr\" [1 0 0] MakeNamedMaterial \"d\" \"string "
+      "type\" \"mirror\" \"rgb Kr\" [0 1 0] ";
+  expect_near(material_of<Conductor>(mirrors + "Material \"mix\" \"string materials\" [\"c\" \"d\"] \"float amount\" .25").tint,
+              {0.75f, 0.25f, 0});
+  expect_near(
+      material_of<Conductor>(mirrors + "Material \"mix\" \"string namedmaterial1\" \"c\" \"string namedmaterial2\" \"d\" "
+                                       "\"rgb amount\" [.25 1 0]")
+          .tint,
+      {0.25f, 0, 0});
   const std::string other = parts + "Material \"mix\" \"string materials\" [\"a\" \"m\"] \"float amount\" ";
   EXPECT_TRUE(material_of<Conductor>(other + "1").ideal) << "wholly the second";
-  EXPECT_ERROR(world(other + ".7"), "material \"mix\" is not supported but of diffuse surfaces");
+  EXPECT_ERROR(world(other + ".7"), "material \"mix\" is not supported but of surfaces that are diffuse");
   EXPECT_TRUE(approximate_material_of<Conductor>(other + ".7").ideal);
   EXPECT_ERROR(world(parts + "Material \"mix\" \"string materials\" [\"a\" \"n\"]"), "unknown named material 'n'");
 }

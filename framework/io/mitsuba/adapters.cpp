@@ -1,6 +1,7 @@
 // BSDFs that change or mix others: two sides, opacity, relief, coats, mixtures.
 
 #include "framework/io/mitsuba/reader.h"
+#include "framework/io/mixed_material.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
@@ -86,7 +87,6 @@ MitsubaReader::MaterialEntry MitsubaReader::blend(const Properties& of) {
   const auto found = of.objects({"bsdf"});
   if (found.size() != 2) throw Error(of.where(), fmt::format("{}: has {} bsdfs in it; expected two", of.title(), found.size()));
   MaterialEntry first = materials_[bsdf(*found[0])], second = materials_[bsdf(*found[1])];
-  const auto *a = std::get_if<Diffuse>(&first.material), *b = std::get_if<Diffuse>(&second.material);
   first.scene_index.reset();
   second.scene_index.reset();
   if (first.invisible != second.invisible) {  // light passes by the share of that which is no surface
@@ -94,30 +94,49 @@ MitsubaReader::MaterialEntry MitsubaReader::blend(const Properties& of) {
     set_mask(of, Rgb(first.invisible ? weight : 1 - weight), seen);
     return seen;
   }
-  if (a && b && a->reflectance.is_constant() && b->reflectance.is_constant() && !first.invisible && !second.invisible &&
-      !first.relief && !second.relief && first.mask == second.mask) {
-    first.material = Diffuse{glm::mix(a->reflectance.constant, b->reflectance.constant, weight)};
-    return first;
-  }
-  if (weight > 0 && weight < 1)
-    approximate(of.where(), fmt::format("{}: only diffuse bsdfs can be mixed", of.title()), "the bsdf with more weight alone");
+  if (weight == 0 || weight == 1) return weight == 1 ? second : first;
+  if (const auto both = mixed_entry(first, second, weight)) return *both;
+  approximate(of.where(), fmt::format("{}: only bsdfs that are alike but for constant colours can be mixed", of.title()),
+              "the bsdf with more weight alone");
   return weight > 0.5f ? second : first;
 }
 
+std::optional<MitsubaReader::MaterialEntry> MitsubaReader::mixed_entry(const MaterialEntry& a, const MaterialEntry& b,
+                                                                       float share) {
+  if (a.relief || b.relief || a.mask != b.mask || a.two_sided != b.two_sided) return std::nullopt;
+  if (a.invisible && b.invisible) return a;
+  const auto material = mixed(a.material, b.material, Rgb(share));
+  if (a.invisible || b.invisible || !material) return std::nullopt;
+  MaterialEntry both = a;
+  both.material = *material;
+  both.scene_index.reset();
+  return both;
+}
+
+// Weights that do not add up to one absorb or make light.
 MitsubaReader::MaterialEntry MitsubaReader::mixture(const Properties& of) {
   const auto found = of.objects({"bsdf"});
   if (found.empty()) throw Error(of.where(), fmt::format("{}: has no bsdfs in it", of.title()));
-  approximate(of.where(), fmt::format("{} is not supported", of.title()), "the bsdf with most weight alone");
   std::string text = of.string("weights", "");
   std::replace(text.begin(), text.end(), ',', ' ');
   WordReader words(text);
-  std::size_t most = 0;
-  double most_weight = -1;
+  std::vector<float> weights;
   for (std::size_t i = 0; i < found.size(); ++i)
-    if (const double weight = parse_number(words.word_on_any_line()).value_or(0); weight > most_weight) {
-      most = i;
-      most_weight = weight;
-    }
+    weights.push_back(static_cast<float>(parse_number(words.word_on_any_line()).value_or(0)));
+  std::optional<MaterialEntry> all = materials_[bsdf(*found[0])];
+  float sum = weights[0];
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    const MaterialEntry& next = materials_[bsdf(*found[i])];
+    sum += weights[i];
+    if (all && weights[i] != 0) all = weights[i] == sum ? next : mixed_entry(*all, next, weights[i] / sum);
+  }
+  if (all && std::abs(sum - 1) < 1e-3f && *std::ranges::min_element(weights) >= 0) {
+    all->scene_index.reset();
+    return *all;
+  }
+  approximate(of.where(), fmt::format("{}: only bsdfs that are alike but for constant colours can be mixed", of.title()),
+              "the bsdf with most weight alone");
+  const auto most = static_cast<std::size_t>(std::ranges::max_element(weights) - weights.begin());
   MaterialEntry entry = materials_[bsdf(*found[most])];
   entry.scene_index.reset();
   return entry;

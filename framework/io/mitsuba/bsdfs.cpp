@@ -93,9 +93,11 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
        "as it is, any ray passes by the share that is not opaque; an image's alpha channel approximated for its colours",
        &R::mask},
       {"blendbsdf",
-       "two diffuse ones with constants mixed, one and null as a mask; others approximated by the one with more weight",
+       "two that are alike but for constant colours mixed, one and null as a mask; others approximated by the one with more "
+       "weight",
        &R::blend},
-      {"mixturebsdf", "approximated by the one with most weight", &R::mixture},
+      {"mixturebsdf", "like blendbsdf, where the weights add up to 1; others approximated by the one with most weight",
+       &R::mixture},
       {"bumpmap", "as it is; of meshes without texture coordinates approximated by the bsdf in it", &R::bump},
       {"normalmap", "like bumpmap", &R::bump},
       {"roughdiffuse", "alpha 0 as it is; others approximated by diffuse", &R::rough_diffuse},

@@ -179,6 +179,8 @@ class MitsubaReader {
   MaterialEntry blend(const Properties& of);
   MaterialEntry mixture(const Properties& of);
 
+  // Of two that can be mixed: `share` is that of the second.
+  static std::optional<MaterialEntry> mixed_entry(const MaterialEntry& a, const MaterialEntry& b, float share);
   // coated.cpp
   MaterialEntry plastic(const Properties& of);
   MaterialEntry phong(const Properties& of);

@@ -2,6 +2,7 @@
 // than how a coat and its base exchange light is an approximation, which the user has to allow.
 
 #include "framework/core/elementary.h"
+#include "framework/io/mixed_material.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
@@ -325,6 +326,10 @@ const PbrtReader::MaterialEntry& PbrtReader::named_entry(const PbrtParams& param
   throw Error(params.where(param), unknown_name("named material", name, names));
 }
 
+bool PbrtReader::is_plain_surface(const MaterialEntry& entry) {
+  return !entry.invisible && !entry.opacity && entry.constant_opacity == 1 && !entry.relief && !entry.field;
+}
+
 // The reflectance of a diffuse surface, wherever it is kept.
 std::optional<Field> PbrtReader::diffuse_field(const MaterialEntry& entry) const {
   const auto* const diffuse = std::get_if<Diffuse>(&entry.material);
@@ -356,10 +361,19 @@ PbrtReader::MaterialEntry PbrtReader::make_mix(const PbrtParams& params) {
       entry = {.material = Diffuse{mixed->at({})}, .scene_index = {}};
     return entry;
   }
-  const float share = mean_component(within_unit(mean_of(amount))), first = version4 ? 1 - share : share;
+  const Rgb amounts = within_unit(mean_of(amount)), shares = version4 ? amounts : 1.0f - amounts;  // of the second
+  const bool is_plain = !params.texture("amount") && is_plain_surface(a) && is_plain_surface(b);
+  if (const auto both = is_plain ? mixed(a.material, b.material, shares) : std::nullopt) {
+    MaterialEntry entry = a;
+    entry.material = *both;
+    entry.scene_index.reset();
+    return entry;
+  }
+  const float first = 1 - mean_component(shares);
   const MaterialEntry& heavier = first > 0.5f ? a : b;
   if (std::max(first, 1 - first) < 0.999f || params.texture("amount"))
-    approximate(params.where(), "material \"mix\" is not supported but of diffuse surfaces",
+    approximate(params.where(),
+                "material \"mix\" is not supported but of surfaces that are diffuse, or alike but for constant colours",
                 "the material with the larger share, alone");
   MaterialEntry entry = heavier;
   entry.scene_index.reset();

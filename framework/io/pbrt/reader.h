@@ -279,6 +279,7 @@ class PbrtReader {
   std::optional<Field> diffuse_field(const MaterialEntry& entry) const;
   std::uint32_t scene_material(std::uint32_t entry);
   std::uint32_t add_material(const Material& material, const std::optional<Relief>& relief);
+  static bool is_plain_surface(const MaterialEntry& entry);  // opaque and smooth, its colours constant or images
   void read_relief(const PbrtParams& params, MaterialEntry& entry);
 
   // textures.cpp

@@ -49,7 +49,9 @@ constexpr PbrtSupport supported[] = {
      "plastic, warned: as bright as Kd, its coat reflecting its share straight on; with Kt alone glass; beside Kd or Ks "
      "approximated: without the diffuse part; opacity as it is where grey, else approximated: its mean"},
     {"Material", "substrate", "plastic, warned: as bright as Kd, its coat reflecting its share straight on"},
-    {"Material", "mix", "of diffuse materials diffuse; of others approximated: the one with the larger share"},
+    {"Material", "mix",
+     "of diffuse materials, and of two that are alike but for constant colours, as it is; of others approximated: the one with "
+     "the larger share"},
     {"Material", "translucent",
      "as it is without Ks, else approximated: without highlights; of textures images alone, of others their mean"},
     {"Material", "none",
