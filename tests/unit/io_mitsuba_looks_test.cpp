@@ -132,6 +132,19 @@ TEST(MitsubaBsdfs, TooBrightReflectancesAreScaledBeforeVersion2) {
   EXPECT_EQ(std::get<CheckerTexture>(read(checks, "0.6.0").textures.at(0)).odd, Rgb(1)) << "no brighter than 1";
 }
 
+TEST(MitsubaBsdfs, MetalsReflectAsTheirSpectraDo) {
+  const auto straight_on = [](const char* name) {
+    const auto metal =
+        material_of<Conductor>(fmt::format(R"(<bsdf type="conductor"><string name="material" value="{}"/></bsdf>)", name));
+    const Rgb e1 = metal.eta - 1.0f, e2 = metal.eta + 1.0f, k2 = metal.k * metal.k;
+    return (e1 * e1 + k2) / (e2 * e2 + k2);
+  };
+  expect_near(straight_on("Cr"), {0.635f, 0.662f, 0.705f}, 2e-3f);
+  expect_near(straight_on("Ni_palik"), {0.659f, 0.609f, 0.526f}, 2e-3f);
+  expect_near(straight_on("TiN"), {0.611f, 0.462f, 0.233f}, 2e-3f);
+  expect_near(straight_on("W"), {0.515f, 0.496f, 0.468f}, 2e-3f);
+}
+
 TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
   const auto mask = [](const std::string& opacity) {
     return "<bsdf type=\"mask\"><bsdf type=\"diffuse\"/>" + opacity + "</bsdf>";

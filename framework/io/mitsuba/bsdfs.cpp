@@ -30,16 +30,22 @@ constexpr NamedIndex indices[] = {
     {"pet", 1.5750f},      {"diamond", 2.419f},
 };
 
-// Metals that Mitsuba names and framework/io/spectra.h has no index of, by their reflectance at normal incidence.
+// Metals that Mitsuba alone names, fitted as those of framework/io/spectra.h are. Spectral data: Cr, Ni and TiN [Palik1998],
+// W [Weaver1975].
+constexpr MetalIndex metals_of_mitsuba[] = {
+    {"Cr", {3.6763f, 3.0843f, 1.8672f}, {4.2908f, 4.4519f, 4.1310f}},
+    {"Ni", {1.9872f, 1.7564f, 1.6210f}, {3.7890f, 3.2198f, 2.6079f}},
+    {"TiN", {1.4083f, 1.2088f, 1.4907f}, {2.9471f, 2.0290f, 1.2516f}},
+    {"W", {3.6351f, 3.4826f, 3.3006f}, {2.9158f, 2.7477f, 2.5099f}},
+};
+
+// Metals of which there is no index here, by their reflectance at normal incidence.
 struct NamedReflectance {
   std::string_view name;
   Rgb reflectance;
 };
 constexpr Rgb grey_metal{0.55f};
 const NamedReflectance other_metals[] = {
-    {"Cr", {0.55f, 0.556f, 0.554f}},
-    {"Ni_palik", {0.66f, 0.609f, 0.526f}},
-    {"W", {0.504f, 0.498f, 0.478f}},
     {"Hg", {0.78f, 0.78f, 0.77f}},
     {"Na_palik", {0.97f, 0.96f, 0.92f}},
     {"Rh", {0.77f, 0.75f, 0.73f}},
@@ -64,7 +70,6 @@ const NamedReflectance other_metals[] = {
     {"Te", grey_metal},
     {"ThF4", grey_metal},
     {"TiC", grey_metal},
-    {"TiN", grey_metal},
     {"VC", grey_metal},
     {"V_palik", grey_metal},
     {"VN", grey_metal},
@@ -273,14 +278,15 @@ void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
   // Most are there by another measurement as well.
   const std::string plain = name.ends_with("_palik") ? name.substr(0, name.size() - 6) : name;
   std::vector<std::string> names{"none"};
-  for (const MetalIndex& known : metals()) {
-    if (plain == known.name) {
-      metal.eta = known.eta / outside;
-      metal.k = known.k / outside;
-      return;
+  for (const std::span<const MetalIndex> table : {metals(), std::span<const MetalIndex>(metals_of_mitsuba)})
+    for (const MetalIndex& known : table) {
+      if (plain == known.name) {
+        metal.eta = known.eta / outside;
+        metal.k = known.k / outside;
+        return;
+      }
+      names.emplace_back(known.name);
     }
-    names.emplace_back(known.name);
-  }
   for (const NamedReflectance& other : other_metals)
     if (name == other.name || plain == other.name) {
       approximate(of.where("material"), fmt::format("{}: there is no index of '{}' here", of.title(), name),
