@@ -132,6 +132,49 @@ TEST(MitsubaBsdfs, TooBrightReflectancesAreScaledBeforeVersion2) {
   EXPECT_EQ(std::get<CheckerTexture>(read(checks, "0.6.0").textures.at(0)).odd, Rgb(1)) << "no brighter than 1";
 }
 
+TEST(MitsubaBsdfs, TheColoursOfATextureAreScaledTogether) {
+  const auto diffuse = [](const std::string& texture, const std::string& more = "") {
+    return "<shape type=\"rectangle\"><bsdf type=\"diffuse\">" + more + texture + "</bsdf></shape>";
+  };
+  const auto checks = [](const std::string& name) {
+    return "<texture type=\"checkerboard\" name=\"" + name +
+           "\"><rgb name=\"color0\" value=\"1.5\"/><rgb name=\"color1\" value=\"3\"/></texture>";
+  };
+  const auto read_checks = [](const Scene& scene) { return std::get<CheckerTexture>(scene.textures.at(0)); };
+  const Scene scaled = read(diffuse(checks("reflectance")), "0.6.0");
+  expect_near(read_checks(scaled).even, Rgb(0.495f));
+  expect_near(read_checks(scaled).odd, Rgb(0.99f));
+  EXPECT_TRUE(warns(scaled, "reaches 3, more than a surface can reflect: scaled to reach 0.99, as Mitsuba does"));
+  EXPECT_TRUE(warns(read(diffuse(checks("reflectance"))), "clamped to 1"));
+  const std::string kept = diffuse(checks("reflectance"), "<boolean name=\"ensureEnergyConservation\" value=\"false\"/>");
+  EXPECT_ERROR(read(kept, "0.6.0"), "ensureEnergyConservation is false; --approximate takes scaled to reach 0.99");
+  const Scene lamp = read("<shape type=\"rectangle\"><emitter type=\"area\">" + checks("radiance") + "</emitter></shape>");
+  EXPECT_EQ(std::get<AreaLight>(lamp.lights.at(0)).radiance, Rgb(3)) << "a light may be brighter";
+}
+
+TEST(MitsubaBsdfs, ConstantTexturesAreLimitedLikeColours) {
+  const std::string twice =
+      "<texture type=\"scale\" name=\"NAME\"><rgb name=\"value\" value=\"0.8\"/>"
+      "<float name=\"scale\" value=\"2\"/></texture>";
+  const auto named = [&](const char* name) { return std::string(twice).replace(twice.find("NAME"), 4, name); };
+  const Scene bright = read("<shape type=\"sphere\"><bsdf type=\"diffuse\">" + named("reflectance") + "</bsdf></shape>");
+  EXPECT_EQ(std::get<Diffuse>(bright.materials.at(0)).reflectance.constant, Rgb(1));
+  EXPECT_TRUE(warns(bright, "reaches 1.6, more than a surface can reflect: clamped to 1"));
+  const std::string metal = "<bsdf type=\"conductor\">" + named("specularReflectance") + "</bsdf>";
+  EXPECT_EQ(material_of<Conductor>(metal).tint, Rgb(1));
+  expect_near(material_of<Conductor>(metal, "0.6.0").tint, Rgb(0.99f));
+}
+
+TEST(MitsubaBsdfs, NestedTexturesMayBeNamedValue) {
+  const std::string checks =
+      "<texture type=\"checkerboard\" name=\"value\"><rgb name=\"color0\" value=\"0.5\"/>"
+      "<rgb name=\"color1\" value=\"0.1\"/></texture>";
+  const Scene scene = read("<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"scale\" name=\"reflectance\">" +
+                               checks + "<float name=\"scale\" value=\"0.5\"/></texture></bsdf></shape>",
+                           "0.6.0");
+  expect_near(std::get<CheckerTexture>(scene.textures.at(0)).even, Rgb(0.25f));
+}
+
 TEST(MitsubaBsdfs, MetalsReflectAsTheirSpectraDo) {
   const auto straight_on = [](const char* name) {
     const auto metal =

@@ -135,6 +135,20 @@ TEST(PbrtNearest, MaterialsThatAreFarFromOursHaveTheirAlbedo) {
   EXPECT_TRUE(warns(approximated("Material \"matte\" \"rgb Kd\" [.1 1.5 0]"), "a reflectance above 1: taken as 1"));
 }
 
+TEST(PbrtNearest, TexturesAboveOneAreTold) {
+  const std::string matte = " Material \"matte\" \"texture Kd\" \"t\" " + triangle;
+  const std::string constant = "Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [2 .5 0]" + matte;
+  EXPECT_ERROR(world(constant), "a reflectance above 1; --approximate takes 1");
+  const Scene scene = approximated(constant);
+  EXPECT_EQ(std::get<Diffuse>(scene.materials.at(0)).reflectance.constant, Rgb(1, 0.5f, 0));
+  const auto dots = [&](const char* inside) {
+    return world("Texture \"t\" \"spectrum\" \"dots\" \"float uscale\" 20 \"float vscale\" 20 \"rgb inside\" " +
+                 std::string(inside) + matte);
+  };
+  EXPECT_TRUE(warns(dots("[3 1 1]"), "texture 't' reaches beyond 1, more than a surface can reflect: clamped to 1"));
+  EXPECT_FALSE(warns(dots("[1 1 1]"), "reaches beyond 1"));
+}
+
 TEST(PbrtNearest, BoundariesOfMediaAreNotSeen) {
   for (const char* name : {"", "none", "interface"})
     EXPECT_TRUE(world("Material \"" + std::string(name) + "\" " + triangle + "Shape \"sphere\"").objects[0].shapes.empty());

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace etendue {
 
@@ -132,8 +133,9 @@ std::uint32_t MitsubaReader::bsdf(const XmlElement& element) {
   if (is_new) {
     const Nesting nesting(*this, element);
     const Properties of = properties(element);
+    const bool before = std::exchange(conserves_energy_, !version0() || of.boolean("ensure_energy_conservation", true));
     MaterialEntry made = (this->*find_type(bsdf_types(), of).handler)(of);
-    if (version0()) of.ignore({"ensure_energy_conservation"});
+    conserves_energy_ = before;
     if (version0() && is_smooth(of.type()))
       for (const std::string_view name : {"alpha", "alpha_u", "alpha_v", "distribution"})
         if (of.has(name))

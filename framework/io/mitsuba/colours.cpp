@@ -89,6 +89,7 @@ bool MitsubaReader::is_colour(const XmlElement& element) {
 }
 
 Rgb MitsubaReader::read_spectrum(const XmlElement& element, ColourUse use) {
+// A texture may be a spectrum, by its type.
   if (!element.value("type").empty()) return spectrum_object(element, use);
   SampledSpectrum spectrum;
   if (const std::string file = element.value("filename"); !file.empty())
@@ -98,8 +99,8 @@ Rgb MitsubaReader::read_spectrum(const XmlElement& element, ColourUse use) {
   else
     spectrum = wavelength_list(element);
   // A metal's index is that of its reflectance under white light.
-  return use == ColourUse::index || (use == ColourUse::reflectance && !version0()) ? surface_rgb(spectrum)
-                                                                                   : equal_energy_rgb(spectrum);
+  const bool of_surface = use == ColourUse::index || (use != ColourUse::light && !version0());
+  return of_surface ? surface_rgb(spectrum) : equal_energy_rgb(spectrum);
 }
 
 // Version 3's spectra with a type.
@@ -153,6 +154,20 @@ Rgb MitsubaReader::read_colour(const XmlElement& element, ColourUse use) {
     std::string kelvin = element.value("temperature");
     if (kelvin.ends_with('K') || kelvin.ends_with('k')) kelvin.pop_back();
     const auto number = parse_number(kelvin);
+float MitsubaReader::limit_of_reflectance(const Location& where, std::string_view what, float most) {
+  constexpr float rounding = 1e-4f;
+  if (!(most > 1 + rounding)) return 1;
+  const std::string told = fmt::format("{}: reaches {:.4g}, more than a surface can reflect", what, most);
+  const std::string scaled = "scaled to reach 0.99";
+  if (!version0())
+    warn(where, told + ": clamped to 1");
+  else if (conserves_energy_)
+    warn(where, told + ": " + scaled + ", as Mitsuba does");
+  else
+    approximate(where, told + "; ensureEnergyConservation is false", scaled);
+  return version0() ? 0.99f / most : 1;
+}
+
     if (!number || !(*number >= 100 && *number <= 1e6))
       throw Error(element.where("temperature"),
                   fmt::format("blackbody: temperature {}; expected 100 to 1e6, in kelvin", quote(kelvin)));
@@ -165,13 +180,9 @@ Rgb MitsubaReader::read_colour(const XmlElement& element, ColourUse use) {
     colour = triple(element, "value");
   }
   if (element.tag == "srgb") colour = decoded(colour);
-  const float most = use == ColourUse::light ? 1e12f : use == ColourUse::index ? 1000 : 1;
-  if (use == ColourUse::reflectance && max_component(colour) > 1) {
-    warn(element.where(), fmt::format("{}: reaches {:.4g}, more than a surface can reflect: {}", element.tag,
-                                      max_component(colour), how_reflectance_is_limited()));
-    colour *= version0() ? 0.99f / max_component(colour) : 1;
-    colour = glm::min(colour, Rgb(1));
-  }
+  const float most = use == ColourUse::light || use == ColourUse::factor ? 1e12f : use == ColourUse::index ? 1000 : 1;
+  if (use == ColourUse::reflectance && max_component(colour) > 1)
+    colour = glm::min(limit_of_reflectance(element.where(), element.tag, max_component(colour)) * colour, Rgb(1));
   for (int c = 0; c < 3; ++c)
     if (!(colour[c] >= 0 && colour[c] <= most))
       throw Error(element.where(), fmt::format("{}: has the component {}; expected 0 to {:g}", element.tag, colour[c], most));

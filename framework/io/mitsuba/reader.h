@@ -61,7 +61,8 @@ class MitsubaReader {
 
  private:
   static constexpr float degrees = pi / 180;
-  enum class ColourUse : std::uint8_t { reflectance, light, index };
+  // A factor is a value of a texture, which may be that of a surface or a light.
+  enum class ColourUse : std::uint8_t { reflectance, factor, light, index };
 
   // reader.cpp
   void read_child(const XmlElement& child);
@@ -213,9 +214,8 @@ class MitsubaReader {
 
   // colours.cpp
   static bool is_colour(const XmlElement& element);
-  std::string_view how_reflectance_is_limited() const {
-    return version0() ? "scaled to reach 0.99, as Mitsuba does" : "clamped to 1";
-  }
+  // By what a reflectance is to be multiplied that reaches `most`, before it is clamped to 1. Tells of what is above 1.
+  float limit_of_reflectance(const Location& where, std::string_view what, float most);
   Rgb read_colour(const XmlElement& element, ColourUse use);
   Rgb read_spectrum(const XmlElement& element, ColourUse use);
   Rgb spectrum_object(const XmlElement& element, ColourUse use);
@@ -284,6 +284,7 @@ class MitsubaReader {
   std::uint64_t visited_ = 0;
   // An object that is being read has an entry without a value, since references must not lead back to it.
   std::map<const XmlElement*, std::optional<std::uint32_t>> bsdfs_;
+  bool conserves_energy_ = true;  // of the bsdf that is being read: ensureEnergyConservation, before version 2
   std::map<const XmlElement*, std::optional<TextureValue>> textures_;
   std::map<std::pair<const XmlElement*, float>, std::uint32_t> scene_textures_;
   std::deque<MaterialEntry> materials_;

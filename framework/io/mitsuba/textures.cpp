@@ -164,14 +164,21 @@ MitsubaReader::TextureValue MitsubaReader::opacity(const XmlElement& element) {
 MitsubaReader::TextureValue MitsubaReader::checkerboard(const Properties& of) {
   const UvMap map = uv_map(of);
   CheckerTexture checks{.uv_scale = 2.0f * map.scale, .uv_offset = 2.0f * map.offset};
-  checks.even = colour(of, "color0", Rgb(0.4f), ColourUse::reflectance);
-  checks.odd = colour(of, "color1", Rgb(0.2f), ColourUse::reflectance);
+  checks.even = colour(of, "color0", Rgb(0.4f), ColourUse::factor);
+  checks.odd = colour(of, "color1", Rgb(0.2f), ColourUse::factor);
   return Texture(checks);
 }
 
 MitsubaReader::TextureValue MitsubaReader::scaled(const Properties& of) {
-  const Rgb factor = colour(of, of.has("value") ? "value" : "scale", Rgb(1), ColourUse::index);
-  for (const XmlElement* nested : of.objects({"texture"})) {
+  Rgb factor(1);
+  const XmlElement* nested = nullptr;
+  for (const char* name : {"value", "scale"})
+    if (const XmlElement* element = of.element(name); element && is_colour(*element))
+      factor *= read_colour(*element, ColourUse::factor);
+    else if (element)
+      nested = element;
+  for (const XmlElement* element : of.objects({"texture"})) nested = element;
+  if (nested) {
     TextureValue value = texture(*nested);
     if (Rgb* constant = std::get_if<Rgb>(&value)) return *constant * factor;
     for_each_colour(std::get<Texture>(value), [&](Rgb& c) { c *= factor; });
@@ -213,19 +220,16 @@ TexturedRgb MitsubaReader::reflectance(const Properties& of, std::string_view na
   TextureValue value = is_new ? texture(*element) : TextureValue(Rgb(0));
   if (Rgb* constant = std::get_if<Rgb>(&value); is_new && constant) {
     scene_textures_.erase(entry);
-    return summed(glm::clamp(*constant, Rgb(0), Rgb(1)));
+    const float limit = limit_of_reflectance(element->where(), "texture", max_component(*constant));
+    return summed(glm::clamp(limit * *constant, Rgb(0), Rgb(1)));
   }
   textured = true;
   TexturedRgb result;
   if (is_new) {
     float most = 0;
     for_each_colour(std::get<Texture>(value), [&](Rgb& c) { most = std::max(most, max_component(c)); });
-    const bool too_bright = most > 1 + 1e-4f;
-    const float scale = too_bright && version0() ? 0.99f / most : 1;
+    const float scale = limit_of_reflectance(element->where(), "texture", most);
     for_each_colour(std::get<Texture>(value), [&](Rgb& c) { c = summed(glm::clamp(scale * c, Rgb(0), Rgb(1))); });
-    if (too_bright)
-      warn(element->where(),
-           fmt::format("texture: reaches {:.4g}, more than a surface can reflect: {}", most, how_reflectance_is_limited()));
     entry->second = add_texture(std::move(std::get<Texture>(value)));
   }
   result.texture = entry->second;
@@ -237,11 +241,14 @@ Rgb MitsubaReader::colour(const Properties& of, std::string_view name, const Rgb
   if (!element) return otherwise;
   if (is_colour(*element)) return read_colour(*element, use);
   const TextureValue value = texture(*element);
-  if (const Rgb* constant = std::get_if<Rgb>(&value)) return *constant;
-  const Rgb mean = mean_of(std::get<Texture>(value));
-  approximate(of.where(name), fmt::format("{}: '{}' is a texture that varies; expected a constant", of.title(), name),
-              "its mean");
-  return mean;
+  const Rgb* const constant = std::get_if<Rgb>(&value);
+  const Rgb found = constant ? *constant : mean_of(std::get<Texture>(value));
+  if (!constant)
+    approximate(of.where(name), fmt::format("{}: '{}' is a texture that varies; expected a constant", of.title(), name),
+                "its mean");
+  if (use != ColourUse::reflectance) return found;
+  const float limit = limit_of_reflectance(of.where(name), of.title() + ": '" + std::string(name) + "'", max_component(found));
+  return glm::clamp(limit * found, Rgb(0), Rgb(1));
 }
 
 float MitsubaReader::number(const Properties& of, std::string_view name, float otherwise, float low, float high) {

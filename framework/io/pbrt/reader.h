@@ -12,7 +12,9 @@
 #include "framework/io/scene_files.h"
 #include "framework/scene/scene.h"
 
+#include <atomic>
 #include <map>
+#include <memory>
 
 namespace etendue {
 
@@ -102,6 +104,7 @@ class PbrtReader {
     std::optional<std::uint32_t> relief = {};       // in the scene, as heights
     std::optional<std::uint32_t> mask = {};         // in the scene, as a shape's alpha
     Field alpha = nullptr;                          // the field that is baked as such
+    Field reflectance = nullptr;                    // likewise, which notes whether it reaches beyond 1
   };
   using TextureMap = std::map<std::string, TextureEntry, std::less<>>;
 
@@ -301,6 +304,7 @@ class PbrtReader {
   Rgb colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use);
   TexturedRgb textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, MaterialEntry& entry,
                               const ColourMap& map = {});
+  const Field& field_of_reflectance(TextureEntry& entry, const Location& where, const std::string& name);
   Texture take_reflectance(TextureEntry& entry, const Location& where, const std::string& name);
   std::uint32_t add_texture(Texture texture);
 
@@ -358,6 +362,11 @@ class PbrtReader {
   std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
+  struct TooBright {
+    std::string text;
+    std::shared_ptr<std::atomic<bool>> met;  // by what was baked
+  };
+  std::vector<TooBright> too_bright_;
   TextureMap spectrum_textures_, float_textures_;
   BakeBudget bake_budget_;
   struct BakedField {

@@ -13,6 +13,8 @@ namespace etendue {
 
 namespace {
 
+constexpr float reflectance_rounding = 1e-4f;
+
 struct ScaleTexture {
   const Rgb& factor;
 
@@ -240,8 +242,9 @@ Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rg
   if (!texture) return params.colour(name, use, version3_).value_or(otherwise);
   const Rgb value = mean_operand(params, name, *texture, spectrum_textures_);
   if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
-  if (use == ColourUse::reflectance && max_component(value) > 1) params.fail(name, "is a texture above 1; expected 0 to 1");
-  return value;
+  if (use != ColourUse::reflectance || max_component(value) <= 1) return value;
+  approximate(params.where(name), "a reflectance above 1", "1, for no surface makes light: it is darker");
+  return glm::min(value, Rgb(1));
 }
 
 TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise,
@@ -255,8 +258,9 @@ TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_vi
   TextureEntry& entry = find_texture(params, name, *texture, spectrum_textures_);
   if (std::holds_alternative<Rgb>(entry.value)) return constant();
   material.textured = true;
-  if (const Field* field = std::get_if<Field>(&entry.value)) {
-    material.field = map ? mapped_field(*field, [map](const Rgb& value) { return map(within_unit(value)); }) : *field;
+  if (std::holds_alternative<Field>(entry.value)) {
+    const Field& field = field_of_reflectance(entry, params.where(name), *texture);
+    material.field = map ? mapped_field(field, [map](const Rgb& value) { return map(within_unit(value)); }) : field;
     return Rgb(0.5f);
   }
   if (!entry.scene_index || map) {
@@ -270,6 +274,19 @@ TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_vi
   return result;
 }
 
+const Field& PbrtReader::field_of_reflectance(TextureEntry& entry, const Location& where, const std::string& name) {
+  if (entry.reflectance) return entry.reflectance;
+  const auto met = std::make_shared<std::atomic<bool>>(false);
+  entry.reflectance = mapped_field(std::get<Field>(entry.value), [met](const Rgb& value) {
+    if (max_component(value) > 1 + reflectance_rounding) met->store(true, std::memory_order_relaxed);
+    return value;
+  });
+  too_bright_.push_back(
+      {fmt::format("{}: texture '{}' reaches beyond 1, more than a surface can reflect: clamped to 1", where.text(), name),
+       met});
+  return entry.reflectance;
+}
+
 // No surface reflects more light than it receives, nor less than none: values are clamped to 0 .. 1, as by pbrt-v4. The
 // texture keeps its own, which another may scale.
 Texture PbrtReader::take_reflectance(TextureEntry& entry, const Location& where, const std::string& name) {
@@ -280,12 +297,11 @@ Texture PbrtReader::take_reflectance(TextureEntry& entry, const Location& where,
     entry.moved = true;
     return std::move(value);
   }
-  constexpr float rounding = 1e-4f;
   const std::string texture =
       fmt::format("texture '{}'{}", name, entry.file.empty() ? "" : fmt::format(" of '{}'", entry.file));
-  if (found.most > 1 + rounding)
+  if (found.most > 1 + reflectance_rounding)
     warn(where, fmt::format("{} reaches {:.4g}, more than a surface can reflect: clamped to 1", texture, found.most));
-  if (found.least < -rounding)
+  if (found.least < -reflectance_rounding)
     warn(where, fmt::format("{} falls to {:.4g}, less than a surface can reflect: clamped to 0", texture, found.least));
   if (found.nan) warn(where, fmt::format("{} holds NaN, as of a product of infinity and 0: taken as 0", texture));
   return std::visit(ClampToUnit{}, value);
