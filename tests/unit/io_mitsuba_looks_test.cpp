@@ -165,6 +165,15 @@ TEST(MitsubaBsdfs, ConstantTexturesAreLimitedLikeColours) {
   expect_near(material_of<Conductor>(metal, "0.6.0").tint, Rgb(0.99f));
 }
 
+TEST(MitsubaBsdfs, TexturesMayBeSpectra) {
+  const std::string lamp = R"(<shape type="sphere"><emitter type="area"><texture name="radiance" type="uniform">
+    <float name="value" value="7"/></texture></emitter></shape>)";
+  EXPECT_EQ(std::get<AreaLight>(read(lamp).lights.at(0)).radiance, Rgb(7));
+  const auto grey = material_of<Diffuse>(R"(<bsdf type="diffuse"><texture name="reflectance" type="srgb">
+    <rgb name="color" value="0.1 0.2 0.3"/></texture></bsdf>)");
+  expect_near(grey.reflectance.constant, {0.1f, 0.2f, 0.3f});
+}
+
 TEST(MitsubaBsdfs, NestedTexturesMayBeNamedValue) {
   const std::string checks =
       "<texture type=\"checkerboard\" name=\"value\"><rgb name=\"color0\" value=\"0.5\"/>"

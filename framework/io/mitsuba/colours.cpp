@@ -8,9 +8,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 namespace etendue {
 
 namespace {
+
+constexpr std::string_view spectrum_types[] = {"uniform", "rawconstant", "d65",     "srgb",
+                                               "rgb",     "blackbody",   "regular", "irregular"};
 
 float decoded(float encoded) { return encoded <= 0.04045f ? encoded / 12.92f : math::pow((encoded + 0.055f) / 1.055f, 2.4f); }
 
@@ -83,13 +89,14 @@ SampledSpectrum spectrum_file(const SceneFiles::File& file) {
 
 }  // namespace
 
+// A texture may be a spectrum, by its type.
 bool MitsubaReader::is_colour(const XmlElement& element) {
+  if (element.tag == "texture") return std::ranges::find(spectrum_types, element.value("type")) != std::end(spectrum_types);
   return element.tag == "rgb" || element.tag == "srgb" || element.tag == "spectrum" || element.tag == "blackbody" ||
          element.tag == "float" || element.tag == "integer";
 }
 
 Rgb MitsubaReader::read_spectrum(const XmlElement& element, ColourUse use) {
-// A texture may be a spectrum, by its type.
   if (!element.value("type").empty()) return spectrum_object(element, use);
   SampledSpectrum spectrum;
   if (const std::string file = element.value("filename"); !file.empty())
@@ -140,20 +147,13 @@ Rgb MitsubaReader::spectrum_object(const XmlElement& element, ColourUse use) {
     spectrum = checked(std::move(spectrum), of.where());
     value = use == ColourUse::light ? equal_energy_rgb(spectrum) : surface_rgb(spectrum);
   } else {
-    throw Error(element.where("type"), unknown_name("spectrum", type,
-                                                    std::vector<std::string>{"uniform", "rawconstant", "d65", "srgb", "rgb",
-                                                                             "blackbody", "regular", "irregular"}));
+    throw Error(element.where("type"),
+                unknown_name("spectrum", type, std::vector<std::string>(std::begin(spectrum_types), std::end(spectrum_types))));
   }
   of.finish();
   return value;
 }
 
-Rgb MitsubaReader::read_colour(const XmlElement& element, ColourUse use) {
-  Rgb colour;
-  if (element.tag == "blackbody") {
-    std::string kelvin = element.value("temperature");
-    if (kelvin.ends_with('K') || kelvin.ends_with('k')) kelvin.pop_back();
-    const auto number = parse_number(kelvin);
 float MitsubaReader::limit_of_reflectance(const Location& where, std::string_view what, float most) {
   constexpr float rounding = 1e-4f;
   if (!(most > 1 + rounding)) return 1;
@@ -168,11 +168,17 @@ float MitsubaReader::limit_of_reflectance(const Location& where, std::string_vie
   return version0() ? 0.99f / most : 1;
 }
 
+Rgb MitsubaReader::read_colour(const XmlElement& element, ColourUse use) {
+  Rgb colour;
+  if (element.tag == "blackbody") {
+    std::string kelvin = element.value("temperature");
+    if (kelvin.ends_with('K') || kelvin.ends_with('k')) kelvin.pop_back();
+    const auto number = parse_number(kelvin);
     if (!number || !(*number >= 100 && *number <= 1e6))
       throw Error(element.where("temperature"),
                   fmt::format("blackbody: temperature {}; expected 100 to 1e6, in kelvin", quote(kelvin)));
     colour = (element.find("scale") ? read_number(element, "scale") : 1) * blackbody_radiance_rgb(*number);
-  } else if (element.tag == "spectrum") {
+  } else if (element.tag == "spectrum" || element.tag == "texture") {
     colour = read_spectrum(element, use);
   } else if (element.value("value").starts_with('#')) {
     colour = hexadecimal(element);

@@ -193,15 +193,15 @@ Material PbrtReader::make_disney(const PbrtParams& params, MaterialEntry& entry)
   return material;
 }
 
-Material PbrtReader::make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry) {
 // Both materials keep shares of light on either side, which together are no more than all of it.
-  const float factor = version3 ? 1 : number(params, "scale", 1, 0, 1e6f);
+Material PbrtReader::make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry) {
   if (version3) {
     const float strength = specular_strength(params, "Ks", 0.25f);
     if (strength > 0)
       approximate(params.where("Ks"), "'Ks' of material \"translucent\" is not supported", "0: it has no highlights");
     params.ignore({"roughness", "uroughness", "vroughness", "remaproughness"});
   }
+  const float factor = version3 ? 1 : number(params, "scale", 1, 0, 1e6f);
   const std::string_view names[2] = {version3 ? "reflect" : "reflectance", version3 ? "transmit" : "transmittance"};
   const Rgb otherwise(version3 ? 0.5f : 0.25f);
   DiffuseTransmission sheet;

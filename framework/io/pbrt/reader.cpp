@@ -112,9 +112,9 @@ void PbrtReader::finish() {
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({files_.first_file()}, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn({files_.first_file()}, "the scene has no lights");
   limit_to_direct_light();
-  for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (const TooBright& texture : too_bright_)
     if (*texture.met) scene_.warnings.push_back(texture.text);
+  for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))

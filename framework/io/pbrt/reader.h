@@ -270,19 +270,19 @@ class PbrtReader {
   Material make_substrate(const PbrtParams& params, MaterialEntry& entry);
   Material make_disney(const PbrtParams& params, MaterialEntry& entry);
   Material make_transmitting(const PbrtParams& params, bool version3, MaterialEntry& entry);
-  Material make_coated_conductor(const PbrtParams& params);
-  Material make_subsurface(const PbrtParams& params, bool by_colour, MaterialEntry& entry);
-  Material make_hair(const PbrtParams& params, MaterialEntry& entry);
   void tell_of_excess(const PbrtParams& params, std::string_view name);
   TexturedRgb textured_part(const PbrtParams& params, std::string_view name, const Rgb& otherwise, MaterialEntry& entry,
                             const ColourMap& map);
   float most_of(const TexturedRgb& colour) const;
+  Material make_coated_conductor(const PbrtParams& params);
+  Material make_subsurface(const PbrtParams& params, bool by_colour, MaterialEntry& entry);
+  Material make_hair(const PbrtParams& params, MaterialEntry& entry);
   MaterialEntry make_mix(const PbrtParams& params);
   const MaterialEntry& named_entry(const PbrtParams& params, std::string_view param, const std::string& name) const;
+  static bool is_plain_surface(const MaterialEntry& entry);  // opaque and smooth, its colours constant or images
   std::optional<Field> diffuse_field(const MaterialEntry& entry) const;
   std::uint32_t scene_material(std::uint32_t entry);
   std::uint32_t add_material(const Material& material, const std::optional<Relief>& relief);
-  static bool is_plain_surface(const MaterialEntry& entry);  // opaque and smooth, its colours constant or images
   void read_relief(const PbrtParams& params, MaterialEntry& entry);
 
   // textures.cpp
@@ -362,12 +362,12 @@ class PbrtReader {
   std::map<float, std::uint32_t> constant_masks_;  // in the scene, by opacity
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
+  TextureMap spectrum_textures_, float_textures_;
   struct TooBright {
     std::string text;
     std::shared_ptr<std::atomic<bool>> met;  // by what was baked
   };
   std::vector<TooBright> too_bright_;
-  TextureMap spectrum_textures_, float_textures_;
   BakeBudget bake_budget_;
   struct BakedField {
     Field field;
