@@ -263,7 +263,11 @@ TEST(ExportedScenes, BsdfsHaveTheNamesOfMaterialsBeforeVersion2) {
   };
   const std::string glass = "<bsdf type=\"dielectric\" name=\"old glass\"/>", wall = "<bsdf type=\"conductor\" name=\"wall\"/>";
   EXPECT_EQ(materials(glass + wall), "glass metal ");
+  EXPECT_FALSE(warns(load_scene(directory.path("s.xml")), "are not read"));
   EXPECT_EQ(materials(wall), "diffuse metal ");
+  EXPECT_TRUE(warns(load_scene(directory.path("s.xml")), "'m.obj': the materials it names are not read: faces without a bsdf"));
+  EXPECT_EQ(materials(wall + "<boolean name=\"loadMaterials\" value=\"false\"/>"), "diffuse metal ");
+  EXPECT_FALSE(warns(load_scene(directory.path("s.xml")), "are not read"));
   EXPECT_EQ(materials("<bsdf type=\"dielectric\"/>" + wall), "glass metal ") << "the one without a name is for all";
   const std::string other = "<bsdf type=\"conductor\" name=\"bsdf\"/>";
   EXPECT_EQ(materials(other), "metal metal ");

@@ -18,6 +18,7 @@ struct TriangleMesh {
   std::vector<std::string> warnings;      // what the file holds that was left out
   std::vector<std::uint32_t> quads = {};  // of each quadrilateral of a PLY the first of its two triangles
   bool face_normals = false;              // a serialized mesh says that it is faceted, whatever normals it has
+  bool names_materials = false;           // an OBJ file names a library of them, which is not read
 
   // Without texture coordinates each triangle has those of pbrt.
   vec2 uv(const uvec3& triangle, int corner) const {

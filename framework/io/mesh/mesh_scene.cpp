@@ -59,6 +59,7 @@ Scene mesh_scene(TriangleMesh mesh, const std::string& name) {
   scene.lights.emplace_back(EnvironmentLight{.scale = Rgb(0.35f), .size = ivec2(0), .texels = {}, .light_to_world = {}});
   scene.lights.emplace_back(DirectionalLight{.direction = glm::normalize(vec3(0.5f, -1, -0.6f)), .irradiance = Rgb(2)});
   scene.warnings = mesh.warnings;
+  if (mesh.names_materials) scene.warnings.push_back(name + ": the materials it names are not read: all of it is grey");
   ObjectBuilder builder;
   const std::size_t triangles = mesh.triangles.size();
   LeftOutTriangles left_out;

@@ -159,7 +159,7 @@ class Checker {
   }
 
   void blank_line(std::string_view keyword) {
-    names_materials_ |= keyword == "usemtl" || keyword == "mtllib";
+    names_materials_ |= keyword == "mtllib";
     const std::size_t begin = word_, of_keyword = keyword.size();
     const bool of_part = keyword == "g", of_material = keyword == "usemtl";
     while (!next().empty()) {
@@ -287,7 +287,7 @@ void warn_of_left_out(const Checker& checker, std::size_t triangles, const std::
   if (triangles < checker.triangles())
     mesh.warnings.push_back(
         fmt::format("{}: {} triangles of degenerate polygons were left out", name, checker.triangles() - triangles));
-  if (checker.names_materials()) mesh.warnings.push_back(name + ": the materials it names are not read");
+  mesh.names_materials = checker.names_materials();
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace etendue {
 
 // All faces of the file as one mesh, with one vertex per distinct (v, vt, vn). Groups, smoothing and materials are left out
-// (with a warning where materials are named). Throws Error at `file:line:col` on numbers, indices or faces that are not valid,
+// (TriangleMesh::names_materials). Throws Error at `file:line:col` on numbers, indices or faces that are not valid,
 // and on a file without faces.
 TriangleMesh read_obj(const std::string& path);
 TriangleMesh parse_obj(std::string text, const std::string& name);

@@ -20,13 +20,13 @@ bool is_named(const std::pair<std::string, const XmlElement*>& bsdf) { return !b
 }  // namespace
 
 void MitsubaReader::obj_mesh(const Properties& of, Group& group) {
-  of.ignore({"load_materials"});
-  if (version0()) return obj_parts(of, group);
+  const bool loads_materials = of.boolean("load_materials", true);
+  if (version0()) return obj_parts(of, group, loads_materials);
   file_mesh(
       of, group, true, [](const SceneFiles::File& file, int) { return parse_obj(file.bytes, file.path); }, 0);
 }
 
-void MitsubaReader::obj_parts(const Properties& of, Group& group) {
+void MitsubaReader::obj_parts(const Properties& of, Group& group, bool loads_materials) {
   const SceneFiles::File file = read_file_of(of);
   const std::string title = "'" + of.string("filename", "") + "'";
   auto bsdfs = of.named_objects("bsdf");
@@ -47,6 +47,7 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group) {
   if (parts.size() > 1 && of.has_object({"emitter", "luminaire"}))
     throw Error(of.where(), fmt::format("{}: has {} parts, of which Mitsuba lets none emit light", of.title(), parts.size()));
   std::optional<std::uint32_t> otherwise;
+  const bool has_own = loads_materials && parts.front().mesh.names_materials;
   std::map<std::string, std::size_t> last;  // place in `bsdfs`, by name
   for (std::size_t i = 0; i < bsdfs.size(); ++i) last[bsdfs[i].first] = i;
   for (ObjPart& part : parts) {
@@ -58,6 +59,9 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group) {
     if (!of_part && !otherwise) {
       materials_.emplace_back();
       otherwise = static_cast<std::uint32_t>(materials_.size() - 1);
+      if (has_own)
+        warn(of.where("filename"),
+             fmt::format("{}: the materials it names are not read: faces without a bsdf are grey", title));
     }
     MaterialEntry& entry = materials_[of_part ? bsdf(*of_part) : *otherwise];
     if (const auto seen = look(of, group, entry, !part.mesh.uvs.empty()))
