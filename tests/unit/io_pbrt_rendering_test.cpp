@@ -95,12 +95,14 @@ TEST(PbrtRendering, OfSeveralIntegratorsAndFilmsTheLastCounts) {
 TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
   const auto filter = [](const std::string& text) { return with(text).filter->shape(); };
   EXPECT_EQ(with("PixelFilter \"box\"").filter, nullptr);
-  EXPECT_EQ(with("").filter, nullptr);
   EXPECT_EQ(with("Film \"image\"").filter, nullptr);
-  for (const char* film : {"Film \"rgb\"", "Film \"gbuffer\"", "Film \"spectral\""})
+  for (const char* film : {"Film \"rgb\"", "Film \"gbuffer\"", "Film \"spectral\"", ""})
     EXPECT_EQ(filter(film), (FilterShape{.kind = FilterKind::gaussian, .radius = vec2(1.5f), .sigma = 0.5f}))
         << "by default in version 4";
   EXPECT_EQ(with("PixelFilter \"box\" Film \"rgb\"").filter, nullptr);
+  EXPECT_EQ(with("").resolution, ivec2(1280, 720));
+  EXPECT_EQ(parse_pbrt("WorldBegin\n" + triangle + "WorldEnd\n", "s.pbrt").filter, nullptr) << "of version 3, without a film";
+  EXPECT_TRUE(parse_pbrt("Film \"rgb\"\nWorldBegin # WorldEnd\n" + triangle, "s.pbrt").filter);
   EXPECT_EQ(filter("PixelFilter \"box\" \"float xwidth\" 1 \"float ywidth\" 2"), (FilterShape{.radius = {1, 2}}));
   EXPECT_EQ(filter("PixelFilter \"mitchell\" \"float B\" 0.25"),
             (FilterShape{.kind = FilterKind::mitchell, .radius = vec2(2), .b = 0.25f}));

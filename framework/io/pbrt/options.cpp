@@ -139,7 +139,6 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
     fail_unknown(where, "film", type, {"rgb", "image", "gbuffer", "spectral"});
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   version3_ = type == "image";
-  has_film_ = true;
   scene_.resolution = {params.integer("xresolution", default_resolution.x, 1, 65536),
                        params.integer("yresolution", default_resolution.y, 1, 65536)};
   read_exposure(params);

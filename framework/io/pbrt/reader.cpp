@@ -58,6 +58,7 @@ std::span<const PbrtReader::Directive> PbrtReader::directives() {
 }
 
 Scene PbrtReader::read(std::string text) {
+  version3_ = text.find("WorldEnd") != std::string::npos;  // if it has no Film, which tells
   PbrtLexer lexer(std::move(text), files_.first_file(), files_);
   parse(lexer);
   finish();

@@ -349,13 +349,12 @@ class PbrtReader {
   std::vector<std::function<void()>> forget_;
   std::map<std::string, Placement, std::less<>> coordinate_systems_;
   Rgb exposure_{1};        // by which the film scales the image
-  bool version3_ = false;  // as its film tells
+  bool version3_ = false;  // as its film tells, or without one its WorldEnd
   struct DirectOnly {
     Location where;
     std::string type;
   };
   std::optional<DirectOnly> direct_only_;  // where an integrator shows no other light
-  bool has_film_ = false;
   std::optional<FilterShape> filter_;
   glm::bvec2 filter_by_version_{false};  // its radius is that of a Gaussian in the file's version, which the film tells
   std::optional<CameraEntry> camera_;

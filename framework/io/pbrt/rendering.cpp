@@ -169,9 +169,9 @@ void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
   filter_ = shape;
 }
 
-// Without a filter version 4, which its film tells, takes a Gaussian, and version 3 a box.
+// Without a filter version 4 takes a Gaussian, and version 3 a box.
 FilterShape PbrtReader::filter_of_version() const {
-  if (!filter_) return has_film_ && !version3_ ? named_filter("gaussian") : FilterShape{};
+  if (!filter_) return version3_ ? FilterShape{} : named_filter("gaussian");
   FilterShape shape = *filter_;
   if (version3_) shape.radius = glm::mix(shape.radius, vec2(2), filter_by_version_);
   return shape;
