@@ -21,6 +21,22 @@ namespace {
 
 bool differs(float a, float b) { return std::abs(a - b) > 1e-3f * std::abs(b); }
 
+struct KnownOption {
+  std::string_view name;
+  bool is_boolean;
+};
+constexpr KnownOption known_options[] = {{"disablepixeljitter", true},
+                                         {"disabletexturefiltering", true},
+                                         {"disablewavelengthjitter", true},
+                                         {"forcediffuse", true},
+                                         {"pixelstats", true},
+                                         {"wavefront", true},
+                                         {"rendercoordsys", false},
+                                         {"displacementedgescale", false},
+                                         {"msereferenceimage", false},
+                                         {"msereferenceout", false},
+                                         {"seed", false}};
+
 }  // namespace
 
 void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
@@ -225,38 +241,39 @@ void PbrtReader::option(PbrtLexer& lexer, const Token& token) {
   if (const Token name = lexer.peek(); name.kind == TokenKind::string && name.text.find(' ') == std::string_view::npos)
     return untyped_option(lexer);
   const PbrtParams params(lexer, "Option", lexer.where(token));
-  if (params.boolean("forcediffuse", false)) params.fail("forcediffuse", "is not supported");
-  if (params.boolean("disablepixeljitter", false)) warn_of_jitter(params.where("disablepixeljitter"));
-  params.ignore({"disabletexturefiltering", "disablewavelengthjitter", "displacementedgescale", "msereferenceimage",
-                 "msereferenceout", "pixelstats", "rendercoordsys", "seed", "wavefront"});
+  for (const auto& [name, is_boolean] : known_options)
+    if (is_boolean && params.boolean(name, false))
+      set_option(name, params.where(name));
+    else
+      params.ignore({name});
   params.finish();
 }
 
 // A name and a value, as version 4 reads options. Capitals, - and _ make no difference in names.
 void PbrtReader::untyped_option(PbrtLexer& lexer) {
-  static const std::vector<std::string> names{
-      "disablepixeljitter", "disabletexturefiltering", "disablewavelengthjitter", "forcediffuse",    "pixelstats", "wavefront",
-      "rendercoordsys",     "displacementedgescale",   "msereferenceimage",       "msereferenceout", "seed"};
-  constexpr std::ptrdiff_t of_booleans = 6;
   const Token written = lexer.next();
   const Location where = lexer.where(written);
   std::string name = in_lower_case(std::string(written.text));
   std::erase_if(name, [](char c) { return c == '-' || c == '_'; });
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) throw Error(where, unknown_name("option", name, names));
+  const auto* const known = std::ranges::find(known_options, name, &KnownOption::name);
+  if (known == std::end(known_options)) {
+    std::vector<std::string> names;
+    for (const KnownOption& option : known_options) names.emplace_back(option.name);
+    throw Error(where, unknown_name("option", name, names));
+  }
   const Token value = lexer.next();
   const bool is_true = value.text == "true", is_boolean = value.kind == TokenKind::word && (is_true || value.text == "false"),
              is_value = is_boolean || value.kind == TokenKind::number || value.kind == TokenKind::string;
-  if (found < names.begin() + of_booleans ? !is_boolean : !is_value)
-    throw Error(lexer.where(value),
-                fmt::format("Option '{}': expected {}, found {}", name,
-                            found < names.begin() + of_booleans ? "true or false" : "a value", lexer.describe(value)));
-  if (name == "forcediffuse" && is_true) throw Error(where, "Option: 'forcediffuse' is not supported");
-  if (name == "disablepixeljitter" && is_true) warn_of_jitter(where);
+  if (known->is_boolean ? !is_boolean : !is_value)
+    throw Error(lexer.where(value), fmt::format("Option '{}': expected {}, found {}", name,
+                                                known->is_boolean ? "true or false" : "a value", lexer.describe(value)));
+  if (known->is_boolean && is_true) set_option(name, where);
 }
 
-void PbrtReader::warn_of_jitter(const Location& where) {
-  warn(where, "Option: 'disablepixeljitter' has no effect here: rays are spread over each pixel");
+void PbrtReader::set_option(std::string_view name, const Location& where) {
+  if (name == "forcediffuse") throw Error(where, "Option: 'forcediffuse' is not supported");
+  if (name == "disablepixeljitter")
+    warn(where, "Option: 'disablepixeljitter' has no effect here: rays are spread over each pixel");
 }
 
 }  // namespace etendue

@@ -186,7 +186,7 @@ class PbrtReader {
   void color_space(PbrtLexer& lexer, const Token& token);
   void option(PbrtLexer& lexer, const Token& token);
   void untyped_option(PbrtLexer& lexer);
-  void warn_of_jitter(const Location& where);
+  void set_option(std::string_view name, const Location& where);
   void check_camera();
   void take_open_time(float seconds);
   void unscale_camera();
