@@ -132,7 +132,7 @@ void measure_against(const Reference& reference, Rendering& r) {
 int judge(const Rendering& r, const Budget& asked, double gone_s, Console& console) {
   const CellResult& result = r.result;
   const CheckpointRecord& end = result.checkpoints.back();
-  if (!result.out_of_reach.empty()) console.warning(result.out_of_reach);
+  for (const std::string& missed : result.out_of_reach) console.warning(missed);
   if (!r.preview_failure.empty()) console.warning(r.preview_failure);
   if (!result.fallback.empty()) console.warning(fmt::format("{}: {}", r.accel.name, result.fallback));
   warn_of_non_finite(result, console);

@@ -91,7 +91,8 @@ std::string to_json(const Rendering& r) {
   for (const std::string& aov : r.command.aovs) json["aovs"][aov] = aov_path(r.output, aov);
   if (!r.command.save_cache.empty()) json["cache"] = r.command.save_cache;
   if (!r.result.fallback.empty()) json["fallback"] = r.result.fallback;
-  if (!r.result.out_of_reach.empty()) json["out_of_reach"] = r.result.out_of_reach;
+  if (const auto& missed = r.result.out_of_reach; !missed.empty())
+    json["out_of_reach"] = fmt::format("{}", fmt::join(missed, "\n"));
   if (r.result.chosen) json["chosen"] = {{"integrator", r.result.chosen->label()}, {"why", r.result.why}};
   if (r.result.chosen_accel) json["chosen_accel"] = {{"accel", r.result.chosen_accel->label()}, {"why", r.result.accel_why}};
   if (r.result.stopped) json["interrupted"] = true;

@@ -122,7 +122,7 @@ struct CellRecord {
   std::string fallback = {};          // what replaced the structure, and why; empty: nothing did
   std::string chosen = {}, why = {};  // by a method that chooses another: that one's label and the reason; empty: it does not
   std::string chosen_accel = {}, accel_why = {};  // likewise of the structure
-  std::string out_of_reach = {};                  // light that the method practically never finds; empty: none is known
+  std::string out_of_reach = {};                  // light that the method practically never finds, a line for each kind
   std::string strip = {};                         // EXR of the images at all checkpoints, one below the other; empty: not kept
   FileStamp image_stamp = {}, strip_stamp = {};
   std::optional<std::uint64_t> checkpoints = {};  // that stand before it

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 #include <tuple>
 
 namespace etendue {
@@ -134,8 +135,10 @@ void warn_of_fallbacks(const ReportData& data, Warnings& warnings) {
   for (const CellRecord& cell : data.log->cells) tell(cell.cell.scene, cell.cell.accel, cell.fallback);
   std::set<std::pair<std::string, std::string>> missing;  // by scene and method: each seed has another estimate
   for (const CellRecord& cell : data.log->cells)
-    if (!cell.out_of_reach.empty() && missing.emplace(cell.cell.scene, cell.cell.integrator).second)
-      told.push_back(fmt::format("{}: {}.", cell.cell.scene, cell.out_of_reach));
+    if (!cell.out_of_reach.empty() && missing.emplace(cell.cell.scene, cell.cell.integrator).second) {
+      std::istringstream lines(cell.out_of_reach);
+      for (std::string line; std::getline(lines, line);) told.push_back(fmt::format("{}: {}.", cell.cell.scene, line));
+    }
   warnings.insert(warnings.end(), told.begin(), told.end());
 }
 

@@ -141,14 +141,17 @@ class CellRunner {
  private:
   void look_for_left_out(const RenderContext& context) {
     const Method used = result_.chosen.value_or(task_.integrator);
-    std::string& told = result_.out_of_reach;
-    if (!result_.chosen) told = light_out_of_reach(context, used.name, used.params);
+    std::vector<std::string>& told = result_.out_of_reach;
+    const auto tell = [&told](std::string text) {
+      if (!text.empty()) told.push_back(std::move(text));
+    };
+    if (!result_.chosen) tell(light_out_of_reach(context, used.name, used.params));
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && told.empty())
-      told = fmt::format("{}: {}", used.name, left_out);
-    if (told.empty()) told = surfaces_mixed(context, used.name, used.params);
-    if (told.empty()) told = surfaces_coincide(context);
-    if (told.empty()) told = lights_coincide(context);
-    if (told.empty()) told = lights_seldom_chosen(context, used.name);
+      tell(fmt::format("{}: {}", used.name, left_out));
+    tell(surfaces_mixed(context, used.name, used.params));
+    tell(surfaces_coincide(context));
+    tell(lights_coincide(context));
+    tell(lights_seldom_chosen(context, used.name));
   }
 
   Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }

@@ -58,11 +58,11 @@ struct CellResult {
   std::string why = {};                     // and why
   std::optional<Method> chosen_accel = {};  // likewise what stands for the structure `auto`,
   std::string accel_why = {};
-  std::string out_of_reach = {};            // light that the method practically never finds, and what does; empty: none
-  std::vector<NonFiniteSample> non_finite;  // the first few, for replay
-  bool reached_error = false;               // of a budget with an error target
-  bool stopped = false;                     // by the task's `stop`, short of the budget
-  std::vector<Image> checkpoint_images;     // where they are to be kept
+  std::vector<std::string> out_of_reach = {};  // light that the method practically never finds, and what does
+  std::vector<NonFiniteSample> non_finite;     // the first few, for replay
+  bool reached_error = false;                  // of a budget with an error target
+  bool stopped = false;                        // by the task's `stop`, short of the budget
+  std::vector<Image> checkpoint_images;        // where they are to be kept
 };
 
 // What a method is told of a budget.

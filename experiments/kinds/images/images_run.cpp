@@ -211,8 +211,9 @@ class Execution {
     }
     fill(record, result);
     if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", cell.name.scene, cell.name.accel, record.fallback));
-    if (!record.out_of_reach.empty())
-      warn_once(cell.name.scene + " " + cell.name.integrator, fmt::format("{}: {}", cell.name.scene, record.out_of_reach));
+    for (std::size_t i = 0; i < result.out_of_reach.size(); ++i)  // each seed has another estimate
+      warn_once(fmt::format("{} {} {}", cell.name.scene, cell.name.integrator, i),
+                fmt::format("{}: {}", cell.name.scene, result.out_of_reach[i]));
     const StoredFile image = directory_.write_image(cell.name, result.image, attributes(cell, result));
     record.image = image.path;
     record.image_stamp = image.stamp;
@@ -289,7 +290,7 @@ class Execution {
     record.why = result.why;
     if (result.chosen_accel) record.chosen_accel = result.chosen_accel->label();
     record.accel_why = result.accel_why;
-    record.out_of_reach = result.out_of_reach;
+    record.out_of_reach = fmt::format("{}", fmt::join(result.out_of_reach, "\n"));
     if (result.non_finite.empty()) return;
     for (const NonFiniteSample& sample : result.non_finite)
       if (record.non_finite_at.size() < 10)
