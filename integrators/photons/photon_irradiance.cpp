@@ -2,10 +2,19 @@
 
 #include "framework/core/parallel.h"
 #include "framework/transport/ray_tools.h"
+#include "integrators/photons/disc_moments.h"
 
 #include <thread>
 
 namespace etendue {
+
+namespace {
+
+// How far a sample point answers, in radii of its kernel.
+constexpr float reach_where_even = 1, reach_where_uneven = 0.5f;
+constexpr float too_uneven = 15;  // exceeded by one in a hundred discs of even light
+
+}  // namespace
 
 PhotonIrradiance::PhotonIrradiance(const PhotonMap& map, const Photons& sample_points, std::unique_ptr<PointQuery> query)
     : query_(std::move(query)),
@@ -15,6 +24,7 @@ PhotonIrradiance::PhotonIrradiance(const PhotonMap& map, const Photons& sample_p
       direction_(sample_points.size()),
       flown_(sample_points.size()),
       estimate_(sample_points.size()),
+      reach_(sample_points.size()),
       state_(std::make_unique<std::atomic<State>[]>(sample_points.size())) {
   for (const std::uint16_t scatterings : map.photons().scatterings) longest_ = std::max<int>(longest_, scatterings);
   const std::vector<std::uint32_t> order = along_curve(sample_points.position);
@@ -25,6 +35,14 @@ PhotonIrradiance::PhotonIrradiance(const PhotonMap& map, const Photons& sample_p
     flown_[i] = sample_points.flown[order[i]];
   });
   query_->build(position_);
+}
+
+float PhotonIrradiance::reach(const GatherPoint& at, float radius) const {
+  DiscMoments moments(at.normal(), square(radius));
+  map_.gather(at, radius, radius, [&](const GatheredPhoton& photon, const std::optional<Ray>&) {
+    moments.add(photon.reflected, photon.offset, photon.distance_squared);
+  });
+  return (moments.unevenness() > too_uneven ? reach_where_uneven : reach_where_even) * radius;
 }
 
 const PhotonMap::Estimate& PhotonIrradiance::estimate(const RenderContext& context, std::uint32_t id) const {
@@ -38,7 +56,9 @@ const PhotonMap::Estimate& PhotonIrradiance::estimate(const RenderContext& conte
     try {
       // On the photon's own way, which is free, and no farther off than kernels tell.
       const vec3 origin = position_[id] + std::min(0.01f * map_.radius(), 0.5f * flown_[id]) * direction_[id];
-      estimate_[id] = map_.measure(context, GatherPoint::irradiance(position_[id], normal_[id], origin));
+      const GatherPoint at = GatherPoint::irradiance(position_[id], normal_[id], origin);
+      estimate_[id] = map_.measure(context, at);
+      reach_[id] = reach(at, estimate_[id].radius);
     } catch (...) {
       state.store(unknown, std::memory_order_release);  // who waits for it tries by itself
       throw;
@@ -65,6 +85,7 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext&
     for (const Neighbour& n : nearest)
       if (glm::dot(normal_[n.id], normal) > 0.9f && sees(n)) {
         const PhotonMap::Estimate& found = estimate(context, n.id);
+        if (n.distance_squared > square(reach_[n.id])) continue;
         return Found{found.radiance, std::max(found.radius, std::sqrt(n.distance_squared)), found.photon_footprint};
       }
     if (nearest.size() < k) break;

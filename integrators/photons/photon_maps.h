@@ -66,9 +66,9 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
       "takes time in proportion");
   v.number("radius", p.radius, 0, 1e12, "m", "kernel radius, with k its upper bound; 0: from the density of the photons");
   v.choice("kernel", p.kernel, "density kernel, normalised");
-  v.integer(
-      "precompute", p.precompute, 0, 1000000, "photons",
-      "photons for each sample point that holds irradiance for gather rays, once one asked; 0: they gather photons themselves");
+  v.integer("precompute", p.precompute, 0, 1000000, "photons",
+            "photons for each sample point that holds irradiance for gather rays, once one asked; 0: they gather photons "
+            "themselves, as most do where this is more than k");
   v.flag("follow_near", p.follow_near,
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map,
