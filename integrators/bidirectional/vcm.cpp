@@ -3,6 +3,7 @@
 #include "framework/core/parallel.h"
 #include "integrators/bidirectional/vcm_camera_paths.h"
 #include "integrators/paths/path.h"
+#include "integrators/photons/given_radius.h"
 #include "integrators/photons/photon_maps.h"
 #include "integrators/photons/photons.h"
 #include "integrators/progressive/radius_policy.h"
@@ -87,6 +88,7 @@ void Vcm::prepare(RenderContext& context) {
   const int neighbours = params_.neighbours > 0 ? params_.neighbours : neighbours_by_need(context);
   merges_vertices_ = params_.radius > 0 || neighbours > 0;
   settings_.correlation = settings_.correlation && merges_vertices_;
+  check_given_radius(scene, params_.radius);
   if (merges_vertices_) first_radius_ = params_.radius > 0 ? params_.radius : first_radius(context, neighbours);
 }
 

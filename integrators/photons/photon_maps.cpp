@@ -2,6 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "integrators/photons/cache_points.h"
+#include "integrators/photons/given_radius.h"
 
 namespace etendue {
 
@@ -21,6 +22,7 @@ PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method
 }
 
 void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
+  if (params_.k == 0) check_given_radius(context.scene, params_.radius);
   use_ = use;
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, LobeTails::followed, gathers_coats(context));

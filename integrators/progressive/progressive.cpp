@@ -1,6 +1,7 @@
 #include "integrators/progressive/progressive.h"
 
 #include "integrators/photons/cache_points.h"
+#include "integrators/photons/given_radius.h"
 
 #include <numeric>
 
@@ -53,6 +54,7 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
       gathered_(params.direct == DirectLighting::sample ? photon_caustic | photon_indirect : photon_any) {}
 
 void ProgressivePasses::prepare(const RenderContext& context) {
+  check_given_radius(context.scene, params_.radius);
   max_depth_ = context.max_depth(params_.max_depth);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, params_.lobe_tails, gathers_coats(context));

@@ -54,6 +54,26 @@ TEST(ProgressivePhotons, SphereHasNoKernelBiasAtAnyRadius) {
     }
 }
 
+// A disc of 100 m about each point of a box that measures less than 4 m: nearly all light would be lost.
+TEST(ProgressivePhotons, KernelsWiderThanTheSceneAreRefused) {
+  const Scene box = load_scene("builtin:cornell-box");
+  const auto with_radius = [&](const char* method, double radius, bool fixed) {
+    RenderOptions options = options_for(0, 1, {{"radius", {radius, {}}}});
+    options.resolution = {4, 4};
+    options.params.erase("photons");
+    if (fixed) options.params["k"] = {std::int64_t{0}, {}};
+    render(box, method, options);
+  };
+  for (const char* method : {"ppm", "sppm", "ppm-memoryless", "appm", "cppm", "vcm"}) {
+    EXPECT_THROW(with_radius(method, 100, false), Error) << method;
+    EXPECT_NO_THROW(with_radius(method, 0.5, false)) << method;
+  }
+  for (const char* method : {"photon-map", "photon-cache"}) {
+    EXPECT_THROW(with_radius(method, 100, true), Error) << method;
+    EXPECT_NO_THROW(with_radius(method, 100, false)) << method << ": a bound of the search for the k nearest";
+  }
+}
+
 // A white floor under a sheet of tinted glass, uneven in many planes, that lies on it and does not refract: of a sky of
 // radiance 1 the floor has 0.9, and 0.81 is seen. What measures discs begins above the glass, beneath which photons end their
 // way.
