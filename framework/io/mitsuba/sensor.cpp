@@ -177,6 +177,8 @@ void MitsubaReader::film(const Properties& sensor) {
     const Properties of = properties(*films[0]);
     scene_.resolution = {of.integer("width", 768, 1, 65536), of.integer("height", 576, 1, 65536)};
     crop(of);
+    if (in_lower_case(of.string("pixel_format", "rgb")).starts_with("luminance"))
+      warn(of.where("pixel_format"), "film: 'pixel_format' is luminance; here the image has colours");
     for (const XmlElement* element : of.objects({"rfilter"})) filter = filter_of(properties(*element));
     of.finish_but_for_others();  // file formats and the like
   }
