@@ -44,10 +44,12 @@ TEST(PbrtRendering, ParametersHaveTheirTypes) {
 TEST(PbrtRendering, PbrtsOwnAreAccepted) {
   for (const char* accepted :
        {"Integrator \"path\" \"integer maxdepth\" 7 \"string lightsampler\" \"power\" \"bool regularize\" false",
-        "Integrator \"path\" \"float rrthreshold\" 1 \"string lightsamplestrategy\" \"spatial\"",
-        "Integrator \"bdpt\" \"bool visualizestrategies\" false", "Integrator \"simplepath\" \"bool samplebsdf\" true",
-        "Integrator \"sppm\" \"integer photonsperiteration\" -1 \"float radius\" 0.1 \"integer numiterations\" 64",
-        "Integrator \"mlt\" \"integer chains\" 1000 \"float sigma\" 0.01",
+        "Integrator \"path\" \"integer maxdepth\" 7 \"float rrthreshold\" 1 \"string lightsamplestrategy\" \"spatial\"",
+        "Integrator \"bdpt\" \"integer maxdepth\" 7 \"bool visualizestrategies\" false",
+        "Integrator \"simplepath\" \"integer maxdepth\" 7 \"bool samplebsdf\" true",
+        "Integrator \"sppm\" \"integer maxdepth\" 7 \"integer photonsperiteration\" -1 \"float radius\" 0.1 \"integer "
+        "numiterations\" 64",
+        "Integrator \"mlt\" \"integer maxdepth\" 7 \"integer chains\" 1000 \"float sigma\" 0.01",
         "Sampler \"halton\" \"integer pixelsamples\" 4 \"string randomization\" \"owen\" \"integer seed\" 3",
         "Sampler \"stratified\" \"bool jitter\" true \"integer xsamples\" 4 \"integer ysamples\" 4",
         "Sampler \"02sequence\" \"integer pixelsamples\" 4 \"integer dimensions\" 2", "Sampler \"independent\"",
@@ -58,6 +60,9 @@ TEST(PbrtRendering, PbrtsOwnAreAccepted) {
     EXPECT_TRUE(scene.warnings.empty()) << accepted << ": " << scene.warnings.front();
   }
   EXPECT_EQ(with("Integrator \"path\" \"integer maxdepth\" 7").max_depth, 7);
+  const std::string unsaid = "without 'maxdepth' pbrt ends paths after 5";
+  EXPECT_TRUE(warns(with("Integrator \"volpath\""), unsaid));
+  EXPECT_FALSE(warns(with("Integrator \"volpath\" Integrator \"path\" \"integer maxdepth\" 7"), unsaid));
 }
 
 TEST(PbrtRendering, OptionsHaveANameAndAValue) {

@@ -111,6 +111,8 @@ void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
     if (given && name == "maxdepth") scene_.max_depth = params.integer(name, 5, 0, 65536);
   });
   params.finish();
+  of_pbrts_depth_.reset();
+  if (known.all_light && !scene_.max_depth) of_pbrts_depth_ = where;
   direct_only_.reset();
   if (type == "directlighting" || type == "whitted")
     direct_only_ = DirectOnly{where, type};
@@ -124,6 +126,9 @@ void PbrtReader::warn_of_part(const Location& where, const std::string& type) {
 
 // Light that is scattered once is all that such an integrator shows where nothing is specular: it follows what is.
 void PbrtReader::limit_to_direct_light() {
+  if (of_pbrts_depth_)
+    warn(*of_pbrts_depth_,
+         "Integrator: without 'maxdepth' pbrt ends paths after 5 scattering events; here after 64, or as max_depth says");
   if (!direct_only_) return;
   const auto& materials = scene_.materials;
   if (std::any_of(materials.begin(), materials.end(), [](const Material& m) { return has_specular(m); }))
