@@ -149,6 +149,7 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
   CheckpointRecord& end = result.checkpoints.back();
   end.cell = {scene.name, accel.label(), integrator.label(), seed};
   py::dict rendered = parsed(to_json_line(end));
+  rendered["counters"] = end.counters;  // with those of 0, which the log leaves out
   rendered["image"] = array_of(result.image);
   rendered["image_hash"] = fmt::format("{:016x}", result.image_hash);
   return rendered;

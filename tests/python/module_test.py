@@ -63,9 +63,9 @@ class Module(unittest.TestCase):
             self.assertEqual(etendue.compare(ours["image"], "a.exr")["mse"], 0)
 
     def test_ends_with_the_time(self):
-        timed = etendue.render(etendue.load("builtin:furnace"), time="50ms", resolution=(8, 8))
+        timed = etendue.render(etendue.load("builtin:furnace"), time="500ms", resolution=(8, 8))
         self.assertGreater(timed["iterations"], 1)
-        self.assertLess(timed["time_s"], 1)
+        self.assertLess(timed["time_s"], 5)
 
     def test_measures_errors_as_the_program_does(self):
         scene = etendue.load("builtin:polygon-light")
