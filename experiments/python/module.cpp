@@ -124,7 +124,9 @@ Budget budget_of(const std::optional<std::uint64_t>& samples, const py::object& 
   if (!time.is_none())
     budget.time_s = py::isinstance<py::str>(time) ? parse_seconds(time.cast<std::string>()) : time.cast<double>();
   if (budget.time_s && !(*budget.time_s > 0)) throw Error(Location{"time"}, "expected a time above zero");
-  if (budget.samples && *budget.samples == 0) throw Error(Location{"samples"}, "expected one at least");
+  constexpr std::uint64_t most = 4'000'000'000;  // as of --spp
+  if (budget.samples && (*budget.samples == 0 || *budget.samples > most))
+    throw Error(Location{"samples"}, fmt::format("{} is out of range; expected 1 .. {}", *budget.samples, most));
   if (!budget.samples && !budget.time_s) throw Error("render: expected samples or time");
   return budget;
 }
@@ -153,30 +155,6 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
   rendered["image"] = array_of(result.image);
   rendered["image_hash"] = fmt::format("{:016x}", result.image_hash);
   return rendered;
-}
-
-py::array_t<float> reference(const LoadedScene& scene, const std::optional<std::uint64_t>& samples,
-                             const std::optional<std::pair<int, int>>& size, const std::optional<int>& thread_count) {
-  ReferenceRequest request{scene.scene, scene.needs, scene.name, resolution_of(scene, size), {}};
-  if (samples) request.choice = {ReferenceChoice::Kind::samples, *samples, {}, {"samples"}};
-  request.threads = started_threads(thread_count);
-  Reference made;
-  {
-    const py::gil_scoped_release unlocked;
-    made = make_reference(request, ReferenceCache::standard(""));
-  }
-  if (!made.failure.empty()) throw Error(made.failure);
-  return array_of(made.rendered.image);
-}
-
-py::dict compare(const py::object& image_value, const py::object& reference_value) {
-  const Image image = image_of("image", image_value), truth = image_of("reference", reference_value);
-  if (image.size != truth.size)
-    throw Error(Location{"image"}, fmt::format("{} x {} pixels; expected {} x {} as in the reference", image.size.x,
-                                               image.size.y, truth.size.x, truth.size.y));
-  py::dict values;
-  for (const Metric& metric : metrics()) values[std::string(metric.name).c_str()] = metric.compute(image, truth);
-  return values;
 }
 
 class PythonObserver final : public RunObserver {
@@ -217,21 +195,58 @@ class PythonObserver final : public RunObserver {
   py::object listener_;
 };
 
+// What `work` gives, done without Python's lock. Throws what the listener, or an interrupt, raised in Python.
+template <class Work>
+auto unlocked(PythonObserver& observer, const Work& work) {
+  {
+    const py::gil_scoped_release released;
+    try {
+      return work();
+    } catch (const Interrupted&) {
+    }
+  }
+  throw py::error_already_set(std::move(*observer.raised));
+}
+
+// A listener that makes Python's warnings of warnings.
+py::object warner() {
+  return py::cpp_function([](const std::string& line) {
+    constexpr std::string_view mark = "warning: ";
+    if (line.starts_with(mark) && PyErr_WarnEx(PyExc_UserWarning, line.substr(mark.size()).c_str(), 1) < 0)
+      throw py::error_already_set();
+  });
+}
+
+py::array_t<float> reference(const LoadedScene& scene, const std::optional<std::uint64_t>& samples,
+                             const std::optional<std::pair<int, int>>& size, const std::optional<int>& thread_count) {
+  ReferenceRequest request{scene.scene, scene.needs, scene.name, resolution_of(scene, size), {}};
+  constexpr std::uint64_t least = 16, most = 1'000'000'000;  // as in an experiment's file
+  if (samples && (*samples < least || *samples > most))
+    throw Error(Location{"samples"}, fmt::format("{} is out of range; expected {} .. {}", *samples, least, most));
+  if (samples) request.choice = {ReferenceChoice::Kind::samples, *samples, {}, {"samples"}};
+  request.threads = started_threads(thread_count);
+  PythonObserver observer(warner());
+  request.observer = &observer;
+  const Reference made = unlocked(observer, [&] { return make_reference(request, ReferenceCache::standard("")); });
+  if (!made.failure.empty()) throw Error(made.failure);
+  return array_of(made.rendered.image);
+}
+
+py::dict compare(const py::object& image_value, const py::object& reference_value) {
+  const Image image = image_of("image", image_value), truth = image_of("reference", reference_value);
+  if (image.size != truth.size)
+    throw Error(Location{"image"}, fmt::format("{} x {} pixels; expected {} x {} as in the reference", image.size.x,
+                                               image.size.y, truth.size.x, truth.size.y));
+  py::dict values;
+  for (const Metric& metric : metrics()) values[std::string(metric.name).c_str()] = metric.compute(image, truth);
+  return values;
+}
+
 py::dict run(const RunOptions& options, const py::object& listener) {
   RunPlan plan = plan_run(options);
   plan.threads = started_threads(plan.threads);
   PythonObserver observer(listener);
-  RunSummary summary;
-  bool stopped = false;
-  {
-    const py::gil_scoped_release unlocked;
-    try {
-      summary = execute_run(plan, observer);
-    } catch (const Interrupted&) {
-      stopped = true;
-    }
-  }
-  if (stopped) throw py::error_already_set(std::move(*observer.raised));
+  const RunSummary summary = unlocked(observer, [&] { return execute_run(plan, observer); });
   py::dict told;
   told["directory"] = plan.directory;
   told["done"] = summary.done;

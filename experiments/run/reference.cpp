@@ -73,10 +73,13 @@ BatchStatistics run_batches(const ReferenceRequest& request, const Method& metho
   const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
   if (request.observer) request.observer->narrate(what);
   for (int batch = 0; batch < reference_batches; ++batch) {
-    if (request.observer) request.observer->status(fmt::format("{}, {} of {} batches", what, batch, reference_batches));
+    const std::string status = fmt::format("{}, {} of {} batches", what, batch, reference_batches);
+    if (request.observer) request.observer->status(status);
     const std::uint64_t seed = hash_keys(reference_seed, stream, batch);
-    statistics.add(
-        run_cell({request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads}).image);
+    CellTask task{request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads};
+    // An observer may end what takes long by throwing.
+    if (request.observer) task.progress = [&](std::uint64_t, double) { request.observer->status(status); };
+    statistics.add(run_cell(task).image);
   }
   return statistics;
 }

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -81,6 +82,17 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(etendue.Error, "expected an array of height x width x 3"):
             etendue.compare({}, truth)
 
+    def test_warns_of_a_reference_that_is_unproven(self):
+        spheres = etendue.load("builtin:cornell-spheres")
+        with self.assertWarnsRegex(UserWarning, "is used, but unproven"):
+            etendue.reference(spheres, samples=64, resolution=(32, 24))
+
+    def test_ends_a_reference_with_an_interrupt(self):
+        timer = threading.Timer(1, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            etendue.reference(etendue.load("builtin:cornell-spheres"), samples=10**6, resolution=(64, 64))
+
     def test_refuses_what_the_program_refuses(self):
         scene = etendue.load("builtin:furnace")
         with self.assertRaisesRegex(ValueError, "did you mean 'builtin:cornell-box'|cornell-box"):
@@ -91,6 +103,10 @@ class Module(unittest.TestCase):
             etendue.render(scene, {"name": "sppm", "photos": 3}, samples=1)
         with self.assertRaisesRegex(etendue.Error, "expected samples or time"):
             etendue.render(scene)
+        with self.assertRaisesRegex(etendue.Error, "samples: 0 is out of range"):
+            etendue.render(scene, samples=0)
+        with self.assertRaisesRegex(etendue.Error, "samples: 1 is out of range; expected 16 .. "):
+            etendue.reference(scene, samples=1, resolution=(8, 8))
         with self.assertRaisesRegex(etendue.Error, "each in 1 .. 16384"):
             etendue.render(scene, samples=1, resolution=(0, 4))
         with open("wrong.toml", "w") as file:
