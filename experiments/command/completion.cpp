@@ -24,9 +24,7 @@ Candidates scenes() { return {.names = listed_names("scenes"), .endings = scene_
 
 // By the names that the table gives to options, to values and to what stands without an option.
 Candidates candidates_for(const OptionRow& option) {
-  const auto is = [&](std::string_view name) {
-    return option.positional == name || std::ranges::find(option.names, name) != option.names.end();
-  };
+  const auto is = [&](std::string_view name) { return option.positional == name || contains(option.names, name); };
   if (is("SCENE")) return scenes();
   if (is("EXPERIMENT")) return {.endings = "toml", .experiment_names = true};
   if (is("NAMES")) return {.experiment_names = true};
@@ -42,13 +40,11 @@ Candidates candidates_for(const OptionRow& option) {
   return {};
 }
 
-std::string joined(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, " ")); }
-
 // --- bash ---
 
 std::string bash_reply(const Candidates& of) {
   std::string reply;
-  if (!of.names.empty()) reply += fmt::format(" _etendue_words \"{}\";", joined(of.names));
+  if (!of.names.empty()) reply += fmt::format(" _etendue_words \"{}\";", joined(of.names, " "));
   if (of.experiment_names) reply += " _etendue_words \"$(_etendue_experiments)\";";
   if (of.endings == "/")
     reply += " _etendue_files -d;";
@@ -127,16 +123,10 @@ std::string zsh_text(std::string_view text) {
   return out;
 }
 
-std::string zsh_names(const std::vector<std::string>& names) {
-  std::string out;
-  for (const std::string& name : names) out += " '" + name + "'";
-  return out;
-}
-
 // The function that completes a place, and its definition.
 std::string zsh_action(const Candidates& of, const std::string& function, std::string& definitions) {
   std::string body;
-  if (!of.names.empty()) body += "  compadd --" + zsh_names(of.names) + "\n";
+  if (!of.names.empty()) body += "  compadd -- '" + joined(of.names, "' '") + "'\n";
   if (of.experiment_names) body += "  local -a files=(experiments/*.toml(N:t:r)); compadd -a files\n";
   if (of.endings == "/")
     body += "  _files -/\n";
@@ -196,9 +186,7 @@ if [ "$funcstack[1]" = _etendue ]; then _etendue "$@"; else compdef _etendue ete
 }  // namespace
 
 int completion_command(const std::string& shell, const CommandTable& table) {
-  const std::vector<std::string> shells{"bash", "zsh"};
-  if (std::ranges::find(shells, shell) == shells.end())
-    throw Error(Location{"completion"}, unknown_name("shell", shell, shells));
+  require_name({"completion"}, "shell", shell, std::vector<std::string>{"bash", "zsh"});
   fmt::print("{}", shell == "bash" ? bash_script(table) : zsh_script(table));
   return 0;
 }

@@ -114,11 +114,9 @@ std::string advice_lines(const Advice& advice, const InspectCommand& command) {
                                format_bytes(static_cast<double>(advice.structure_bytes)), format_seconds(advice.build_s)));
   add("", advice.structure.why);
   if (const auto& noise = advice.noise) {
-    std::string times;
-    for (const double error : told_errors(command))
-      times += fmt::format("{}relmse {:g} after about {}", times.empty() ? "" : ", ", error,
-                           format_seconds(noise->seconds_to(error)));
-    add("time", times);
+    add("time", joined(told_errors(command), ", ", [&](double error) {
+          return fmt::format("relmse {:g} after about {}", error, format_seconds(noise->seconds_to(error)));
+        }));
     add("", fmt::format("on this machine; by the noise of two trials ({:.2g}), in which no bias shows", noise->relmse));
     add("memory", fmt::format("{} at most in the trials, scene and image included",
                               format_bytes(static_cast<double>(noise->memory_bytes))));
@@ -146,10 +144,9 @@ ForeseenMemory foresee_memory(const Scene& scene, const SceneNeeds& needs) {
 }
 
 std::string memory_lines(const ForeseenMemory& foreseen) {
-  std::vector<std::string> sums;
-  for (const auto& [method, bytes] : foreseen.methods) sums.push_back(fmt::format("{} {}", method, format_bytes(bytes)));
+  const auto sum = [](const auto& of) { return fmt::format("{} {}", of.first, format_bytes(of.second)); };
   std::string text = "memory (predicted, default settings)\n";
-  const std::string all = fmt::format("{}; in all: {}", foreseen.common.text(), fmt::join(sums, ", "));
+  const std::string all = fmt::format("{}; in all: {}", foreseen.common.text(), joined(foreseen.methods, ", ", sum));
   for (const std::string& line : broken_lines(all, 100)) text += "  " + line + "\n";
   return text;
 }

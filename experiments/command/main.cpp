@@ -36,7 +36,7 @@ class WrappedHelp : public CLI::Formatter {
  private:
   static std::size_t width() { return std::clamp<std::size_t>(Console::width(), 72, 120); }
   std::string wrapped_beside(const std::string& text) const {
-    return fmt::format("{}", fmt::join(broken_lines(text, width() - get_column_width()), "\n"));
+    return joined(broken_lines(text, width() - get_column_width()), "\n");
   }
 };
 
@@ -58,9 +58,7 @@ class CommandLine {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     if (!words.empty() && words.front() == "help") {  // `help render` is `render --help`
       words.erase(words.begin());
-      const std::vector<std::string> known = command_names();
-      if (!words.empty() && std::ranges::find(known, words.front()) == known.end())
-        throw Error(unknown_name("command", words.front(), known));
+      if (!words.empty()) require_name({}, "command", words.front(), command_names());
       words.emplace_back("--help");
     }
     std::ranges::reverse(words);  // as the parser takes them
@@ -340,10 +338,7 @@ class CommandLine {
 
   // What no option took, with the nearest names.
   std::vector<std::string> command_names() const {
-    std::vector<std::string> names;
-    for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; }))
-      names.push_back(command->get_name());
-    return names;
+    return mapped(app_.get_subcommands([](const CLI::App*) { return true; }), &CLI::App::get_name);
   }
 
   void refuse_unknown() const {

@@ -32,8 +32,7 @@ std::string roff(std::string_view text) {
 }
 
 std::string option_entry(const OptionRow& option) {
-  std::string head;
-  for (const std::string& name : option.names) head += (head.empty() ? "" : ", ") + ("\\fB" + roff(name) + "\\fR");
+  std::string head = joined(option.names, ", ", [](const std::string& name) { return "\\fB" + roff(name) + "\\fR"; });
   if (!option.positional.empty()) head = "\\fI" + roff(option.positional) + "\\fR" + (option.many ? " ..." : "");
   if (!option.value.empty()) head += " \\fI" + roff(option.value) + "\\fR";
   return fmt::format(".TP\n{}\n{}\n", head, roff(option.help));

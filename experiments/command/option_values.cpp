@@ -55,8 +55,7 @@ std::vector<Isa> isas_option(const std::string& option, const std::string& text)
   std::vector<Isa> isas;
   std::istringstream names(text);
   for (std::string name; std::getline(names, name, ',');) {
-    const std::vector<std::string> known(std::begin(isa_options), std::end(isa_options));
-    if (std::ranges::find(known, name) == known.end()) throw Error(where, unknown_name("instruction set", name, known));
+    require_name(where, "instruction set", name, std::vector<std::string>(std::begin(isa_options), std::end(isa_options)));
     const Isa isa = isa_of_option(name);
     if (!is_supported(isa))
       throw Error(where,

@@ -55,13 +55,10 @@ void warn_of_commit(const Rendering& r, Console& console) {
 void warn_of_non_finite(const CellResult& result, Console& console) {
   const auto count = result.checkpoints.back().non_finite;
   if (count == 0) return;
-  std::string at;
-  for (std::size_t i = 0; i < std::min<std::size_t>(result.non_finite.size(), 10); ++i) {
-    const NonFiniteSample& sample = result.non_finite[i];
-    at +=
-        fmt::format("{} pixel ({}, {}) iteration {}", at.empty() ? "" : ",", sample.pixel.x, sample.pixel.y, sample.iteration);
-  }
-  console.warning(fmt::format("{} non-finite samples were dropped, the first of them at{}", count, at));
+  const std::string at = joined(result.non_finite | std::views::take(10), ", ", [](const NonFiniteSample& sample) {
+    return fmt::format("pixel ({}, {}) iteration {}", sample.pixel.x, sample.pixel.y, sample.iteration);
+  });
+  console.warning(fmt::format("{} non-finite samples were dropped, the first of them at {}", count, at));
 }
 
 // Loads the scene, warns of what its reader said, and settles view, resolution and window.
@@ -73,7 +70,7 @@ Scene load_view(Rendering& r, Console& console) {
   for (const std::string& warning : r.warnings) console.warning(warning);
   if (r.resolution == ivec2(0)) r.resolution = scene.resolution;
   if (r.recipe) return scene;
-  const bool draws_records = std::ranges::find(r.command.aovs, records_aov) != r.command.aovs.end();
+  const bool draws_records = contains(r.command.aovs, records_aov);
   const char* needs_whole = r.command.error ? "--error" : draws_records ? "--aov records" : nullptr;
   r.window = choose_window(r.command.crop, needs_whole, scene, r.resolution);
   return scene;

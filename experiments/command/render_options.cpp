@@ -8,7 +8,6 @@
 #include "integrators/registry.h"
 
 #include <fmt/format.h>
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -66,12 +65,12 @@ void require(const Method& integrator, const std::string& option, const char* la
   if (has(*asked.make(integrator.params))) return;
   // A method may have it with other parameters alone.
   const bool by_parameters = has(*asked.make({}));
-  std::string names;
+  std::vector<std::string> names;
   for (const IntegratorEntry& entry : integrators())
-    if (has(*entry.make({}))) names += (names.empty() ? "" : ", ") + entry.name;
+    if (has(*entry.make({}))) names.push_back(entry.name);
   throw Error(Location{option},
               fmt::format("integrator '{}' {}; those that do{}: {}", by_parameters ? integrator.label() : integrator.name, lack,
-                          by_parameters ? ", as they are by default" : "", names));
+                          by_parameters ? ", as they are by default" : "", joined(names, ", ")));
 }
 
 void require_savable(const Method& integrator, const std::string& option) {
@@ -120,7 +119,7 @@ void check_aovs(const RenderCommand& command, const Rendering& r) {
   const std::vector<std::string> names = aov_names();
   for (const std::string& aov : command.aovs) {
     const Location where{"--aov " + aov};
-    if (std::ranges::find(names, aov) == names.end()) throw Error(where, unknown_name("aov", aov, names));
+    require_name(where, "aov", aov, names);
     if (r.output.empty()) throw Error(where, "is written beside the image; expected -o as well");
     if (is_surface_image(aov)) continue;
     require_cache(r.integrator, where.file, aov == records_aov ? "has no records to show" : "does not estimate its own error");
@@ -217,7 +216,7 @@ Budget read_options(const RenderCommand& command, Rendering& r) {
   if (command.resolution) r.resolution = *command.resolution;
   check_aovs(command, r);
   check_files(command, r);
-  if (std::ranges::find(command.aovs, standard_error_aov) != command.aovs.end()) r.states_error = true;
+  if (contains(command.aovs, standard_error_aov)) r.states_error = true;
   Budget budget = read_budget(command);
   if (r.recipe) budget.samples = r.recipe->iterations;
   r.budget = r.recipe ? r.recipe->budget : budget.text();

@@ -157,9 +157,7 @@ void write_derived(Console& console) {
 int results_command(const ResultsCommand& command) {
   Console console;
   const std::vector<std::string> known = experiment_names();
-  for (const std::string& name : command.names)
-    if (std::ranges::find(known, name) == known.end())
-      throw Error(Location{"results"}, unknown_name("experiment", name, known));
+  for (const std::string& name : command.names) require_name({"results"}, "experiment", name, known);
   const std::vector<std::string>& names = command.names.empty() ? known : command.names;
   if (command.derive) {
     if (!command.before.empty()) compare_with(command.before, console);

@@ -2,6 +2,7 @@
 
 #include "framework/core/check.h"
 #include "framework/core/error.h"
+#include "framework/core/lists.h"
 #include "framework/core/units.h"
 #include "framework/io/text.h"
 
@@ -39,12 +40,11 @@ CheckpointLadder CheckpointLadder::parse(const std::string& text) {
 }
 
 std::string Budget::text() const {
-  std::string text;
-  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (error) add(fmt::format("relmse {:g}", *error));
-  if (samples) add(fmt::format("{} iteration{}", *samples, *samples == 1 ? "" : "s"));
-  if (time_s) add(format_seconds(*time_s));
-  return text;
+  std::vector<std::string> limits;
+  if (error) limits.push_back(fmt::format("relmse {:g}", *error));
+  if (samples) limits.push_back(fmt::format("{} iteration{}", *samples, *samples == 1 ? "" : "s"));
+  if (time_s) limits.push_back(format_seconds(*time_s));
+  return joined(limits, ", ");
 }
 
 double Budget::progress(std::uint64_t iterations, double seconds, std::optional<double> relmse) const {

@@ -60,8 +60,7 @@ std::vector<std::uint64_t> read_seeds(const ConfigNode* node) {
   if (node->array()) {
     for (const ConfigNode* element : list_elements(*node, "seeds", "how many, or an array of whole numbers")) {
       const auto seed = static_cast<std::uint64_t>(read_whole(*element, "seeds", 0, INT64_MAX));
-      if (std::ranges::find(seeds, seed) != seeds.end())
-        throw Error(element->where, fmt::format("seed {} stands there twice", seed));
+      if (contains(seeds, seed)) throw Error(element->where, fmt::format("seed {} stands there twice", seed));
       seeds.push_back(seed);
     }
     return seeds;

@@ -262,9 +262,8 @@ std::vector<std::string> read_names(const ConfigNode& node, const std::string& k
   std::vector<std::string> names;
   for (const ConfigNode* element : list_elements(node, key, "an array of names")) {
     const std::string name = read_text(*element, key);
-    if (std::ranges::find(valid, name) == valid.end())
-      throw Error(element->where, key + ": " + unknown_name(kind, name, valid));
-    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    require_name(element->where, kind, name, valid, key + ": ");
+    if (!contains(names, name)) names.push_back(name);
   }
   return names;
 }
@@ -280,7 +279,7 @@ TableReader::TableReader(const ConfigNode& node, std::string owner, const std::s
 }
 
 const ConfigNode* TableReader::find(const std::string& key) {
-  if (std::ranges::find(known_, key) == known_.end()) known_.push_back(key);
+  if (!contains(known_, key)) known_.push_back(key);
   return find_key(node_, key);
 }
 
@@ -294,7 +293,7 @@ void TableReader::finish() const {
   const ConfigNode::Table::value_type* first = nullptr;
   const auto place = [](const auto& entry) { return std::pair(entry.second.key_where.line, entry.second.key_where.column); };
   for (const auto& entry : *node_.table())
-    if (std::ranges::find(known_, entry.first) == known_.end() && (!first || place(entry) < place(*first))) first = &entry;
+    if (!contains(known_, entry.first) && (!first || place(entry) < place(*first))) first = &entry;
   if (first) throw Error(first->second.key_where, owner_ + ": " + unknown_name("key", first->first, known_));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "framework/core/error.h"
+#include "framework/core/lists.h"
 
 #include <cstdint>
 #include <map>

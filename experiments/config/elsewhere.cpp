@@ -22,11 +22,8 @@ ElsewhereFigure read_figure(const ConfigNode& node) {
   figure.error = read_number(reader.need("error"), "elsewhere.error", 0, 1e30);
   if (const ConfigNode* metric = reader.find("metric")) {
     figure.metric = read_text(*metric, "elsewhere.metric");
-    if (find_metric(figure.metric) == nullptr) {
-      std::vector<std::string> names;
-      for (const Metric& known : metrics()) names.emplace_back(known.name);
-      throw Error(metric->where, "elsewhere: " + unknown_name("metric", figure.metric, names));
-    }
+    const auto names = mapped(metrics(), [](const Metric& known) { return std::string(known.name); });
+    require_name(metric->where, "metric", figure.metric, names, "elsewhere: ");
   }
   reader.finish();
   return figure;
@@ -39,10 +36,8 @@ bool ElsewhereFigure::of_scene(const std::string& name) const {
 }
 
 std::vector<ElsewhereFigure> read_elsewhere(const ConfigNode& node) {
-  std::vector<ElsewhereFigure> figures;
-  for (const ConfigNode* element : list_elements(node, "elsewhere", "[[elsewhere]] tables { scene, program, method, … }"))
-    figures.push_back(read_figure(*element));
-  return figures;
+  return mapped(list_elements(node, "elsewhere", "[[elsewhere]] tables { scene, program, method, … }"),
+                [](const ConfigNode* element) { return read_figure(*element); });
 }
 
 }  // namespace etendue

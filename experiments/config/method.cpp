@@ -38,9 +38,7 @@ std::vector<ParamValue> read_values(const ConfigNode& node, const std::string& k
   const auto* array = node.array();
   if (!array) return {read_param(node, key, "a boolean, a number, text or an array of these")};
   if (array->empty()) throw Error(node.where, key + " is empty; expected one value or more");
-  std::vector<ParamValue> values;
-  for (const ConfigNode& element : *array) values.push_back(read_param(element, key, "a boolean, a number or text"));
-  return values;
+  return mapped(*array, [&](const ConfigNode& element) { return read_param(element, key, "a boolean, a number or text"); });
 }
 
 constexpr std::size_t most_combinations = 10'000;
@@ -76,8 +74,7 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
   std::vector<Method> methods{bare};
   for (const auto& [parameter, value] : *table) {
     if (parameter == "name" || (labels && parameter == label_key)) continue;
-    if (std::ranges::find(known, parameter) == known.end())
-      throw Error(value.key_where, bare.name + ": " + unknown_name("parameter", parameter, known));
+    require_name(value.key_where, "parameter", parameter, known, bare.name + ": ");
     const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
     if (methods.size() * values.size() > most_combinations)
       throw Error(value.where, fmt::format("{}.{} makes {} combinations of the arrays so far; expected {} at most", key,

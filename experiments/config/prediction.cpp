@@ -24,7 +24,7 @@ std::string read_choice(TableReader& reader, const char* key, const char* otherw
   const auto* node = reader.find(key);
   if (!node) return otherwise;
   const std::string name = read_text(*node, std::string("predictions.") + key);
-  if (std::ranges::find(valid, name) == valid.end()) throw Error(node->where, "predictions: " + unknown_name(key, name, valid));
+  require_name(node->where, key, name, valid, "predictions: ");
   return name;
 }
 
@@ -38,8 +38,7 @@ std::vector<std::string> abscissae() {
 std::string read_selection(const ConfigNode& node, const char* key, const PredictionContext& context, std::size_t least,
                            std::size_t most) {
   const std::string wanted = read_text(node, std::string("predictions.") + key);
-  std::vector<std::string> labels;
-  for (const Method& method : context.integrators) labels.push_back(method.label());
+  const std::vector<std::string> labels = mapped(context.integrators, &Method::label);
   const auto selected =
       static_cast<std::size_t>(std::ranges::count_if(labels, [&](const std::string& label) { return selects(wanted, label); }));
   if (selected == 0) throw Error(node.where, "predictions: " + unknown_name("method", wanted, labels));
@@ -54,17 +53,14 @@ void read_place(TableReader& reader, const PredictionContext& context, Predictio
   const auto* node = reader.find("region");
   if (!node) return;
   const std::string region = prediction.region = read_text(*node, "predictions.region");
-  std::vector<std::string> names;
-  bool of_scene = false;
-  for (const RegionChoice& choice : context.regions) {
-    names.push_back(choice.name);
-    of_scene = of_scene || (choice.name == region && (prediction.scene.empty() || choice.of_scene(prediction.scene)));
-  }
+  const std::vector<std::string> names = mapped(context.regions, &RegionChoice::name);
+  const bool of_scene = std::ranges::any_of(context.regions, [&](const RegionChoice& choice) {
+    return choice.name == region && (prediction.scene.empty() || choice.of_scene(prediction.scene));
+  });
   if (names.empty())
     throw Error(node->where,
                 fmt::format("predictions: region '{}', but there are no [[regions]]; expected one of that name", region));
-  if (std::ranges::find(names, region) == names.end())
-    throw Error(node->where, "predictions: " + unknown_name("region", region, names));
+  require_name(node->where, "region", region, names, "predictions: ");
   if (!of_scene) throw Error(node->where, fmt::format("predictions: {} has no region '{}'", prediction.scene, region));
 }
 
@@ -110,7 +106,7 @@ Prediction read_prediction(const ConfigNode& node, const PredictionContext& cont
   if (source) prediction.source = read_text(*source, "predictions.source");
   if (expect && !source)
     throw Error(expect->where, "predictions: expect without a source; expected source = \"whose theory or figure this is\"");
-  if (std::ranges::find(context.metrics, "mse") == context.metrics.end())
+  if (!contains(context.metrics, "mse"))
     throw Error(node.where, "predictions: mse is not among the metrics; expected metrics = [\"mse\", …]");
   return prediction;
 }
@@ -126,10 +122,8 @@ bool selects(const std::string& method, const std::string& label) {
 }
 
 std::vector<Prediction> read_predictions(const ConfigNode& node, const PredictionContext& context) {
-  std::vector<Prediction> predictions;
-  for (const ConfigNode* element : list_elements(node, "predictions", "[[predictions]] tables { method, expect, … }"))
-    predictions.push_back(read_prediction(*element, context));
-  return predictions;
+  return mapped(list_elements(node, "predictions", "[[predictions]] tables { method, expect, … }"),
+                [&](const ConfigNode* element) { return read_prediction(*element, context); });
 }
 
 bool StatedRecord::concerns(const Prediction& prediction, const std::string& scene) const {
@@ -141,12 +135,12 @@ bool StatedRecord::concerns(const Prediction& prediction, const std::string& sce
 
 void StatedRecord::merge(const StatedRecord& other) {
   for (const Prediction& prediction : other.predictions)
-    if (std::ranges::find(predictions, prediction) == predictions.end()) predictions.push_back(prediction);
+    if (!contains(predictions, prediction)) predictions.push_back(prediction);
   for (const RegionChoice& region : other.regions)
     if (std::ranges::none_of(regions, [&](const RegionChoice& r) { return r.name == region.name && r.scene == region.scene; }))
       regions.push_back(region);
   for (const ElsewhereFigure& figure : other.elsewhere)
-    if (std::ranges::find(elsewhere, figure) == elsewhere.end()) elsewhere.push_back(figure);
+    if (!contains(elsewhere, figure)) elsewhere.push_back(figure);
   labels.insert(other.labels.begin(), other.labels.end());
 }
 

@@ -29,9 +29,7 @@ std::vector<dvec2> read_outline(const ConfigNode& node, const ConfigNode* from, 
   }
   const auto* corners = polygon->array();
   if (!corners || corners->size() < 3) wrong_type(*polygon, "regions.polygon", "three or more corners [x, y]");
-  std::vector<dvec2> outline;
-  for (const ConfigNode& corner : *corners) outline.push_back(read_corner(corner, "regions.polygon"));
-  return outline;
+  return mapped(*corners, [](const ConfigNode& corner) { return read_corner(corner, "regions.polygon"); });
 }
 
 RegionChoice read_region(const ConfigNode& node, const std::vector<std::string>& scenes) {
@@ -46,8 +44,7 @@ RegionChoice read_region(const ConfigNode& node, const std::vector<std::string>&
   if (region.name.empty()) throw Error(name->where, "regions.name: empty; expected a name");
   if (scene) {
     region.scene = read_text(*scene, "regions.scene");
-    if (std::ranges::find(scenes, region.scene) == scenes.end())
-      throw Error(scene->where, "regions.scene: " + unknown_name("scene", region.scene, scenes));
+    require_name(scene->where, "scene", region.scene, scenes, "regions.scene: ");
   }
   region.polygon = read_outline(node, from, to, polygon);
   return region;

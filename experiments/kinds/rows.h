@@ -24,9 +24,7 @@ std::vector<Row> read_rows(const ConfigNode& node, const std::string& owner, con
 
 template <class Entries>
 std::vector<std::string> entry_names(const Entries& entries) {
-  std::vector<std::string> names;
-  for (const auto& entry : entries) names.emplace_back(entry.name);
-  return names;
+  return mapped(entries, [](const auto& entry) { return std::string(entry.name); });
 }
 
 // The entry of a table by its name; throws Error with the nearest names.

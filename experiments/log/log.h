@@ -31,9 +31,9 @@
 #include "experiments/log/measured.h"
 #include "experiments/log/parameters.h"
 #include "experiments/log/ray_kind.h"
+#include "framework/core/lists.h"
 #include "framework/io/whole_file.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -229,13 +229,6 @@ std::vector<const Record*> done_records_of(const RunLog& log) {
   std::vector<const Record*> found = records_of<Record>(log);
   std::erase_if(found, [](const Record* record) { return !record->done(); });
   return found;
-}
-
-// The first element for which `is` holds; where there is none, `fresh` joins them.
-template <class Element, class Is>
-Element& find_or_add(std::vector<Element>& elements, const Is& is, Element fresh) {
-  const auto found = std::ranges::find_if(elements, is);
-  return found != elements.end() ? *found : elements.emplace_back(std::move(fresh));
 }
 
 // Reads a record of the kinds that are registered; null where `type` is none of theirs.

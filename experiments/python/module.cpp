@@ -267,8 +267,7 @@ void add_lines(py::dict& log, const std::vector<Record>& records) {
 }
 
 py::dict read_logs(const std::vector<std::string>& directories) {
-  std::vector<RunLog> logs;
-  for (const std::string& directory : directories) logs.push_back(read_resolved_log(directory));
+  const std::vector<RunLog> logs = mapped(directories, read_resolved_log);
   const RunLog log = logs.size() == 1 ? logs.front() : merge_logs(logs);
   py::dict lines;
   add_lines(lines, log.manifests);

@@ -1,6 +1,7 @@
 #include "experiments/report/aov.h"
 
 #include "framework/core/check.h"
+#include "framework/core/lists.h"
 #include "framework/core/parallel.h"
 
 #include <algorithm>
@@ -79,9 +80,7 @@ std::vector<std::string> aov_names() {
   return names;
 }
 
-bool is_surface_image(const std::string& name) {
-  return std::ranges::find(surface_images, name, &SurfaceImage::name) != std::end(surface_images);
-}
+bool is_surface_image(const std::string& name) { return contains(mapped(surface_images, &SurfaceImage::name), name); }
 
 Image draw_surface_image(const std::string& name, const RenderContext& context) {
   CHECK(is_surface_image(name));

@@ -15,8 +15,6 @@ using Words = std::vector<std::string>;
 // Methods of one name by their words, of which the first is that name.
 using Family = std::vector<Words>;
 
-std::string joined(const Words& words) { return fmt::format("{}", fmt::join(words, " ")); }
-
 bool has_parameters(const Words& words) { return words.size() > 1; }
 
 // The parameters that all methods with parameters have alike.
@@ -25,16 +23,13 @@ Words shared_parameters(const Family& family) {
   if (first == family.end()) return {};
   Words shared(first->begin() + 1, first->end());
   for (const Words& words : family)
-    if (has_parameters(words))
-      std::erase_if(shared, [&](const std::string& word) { return std::ranges::count(words, word) == 0; });
+    if (has_parameters(words)) std::erase_if(shared, [&](const std::string& word) { return !contains(words, word); });
   return shared;
 }
 
-Words without(const Words& words, const Words& shared) {
-  Words kept;
-  std::ranges::copy_if(words, std::back_inserter(kept),
-                       [&](const std::string& word) { return std::ranges::count(shared, word) == 0; });
-  return kept;
+Words without(Words words, const Words& shared) {
+  std::erase_if(words, [&](const std::string& word) { return contains(shared, word); });
+  return words;
 }
 
 // What the names of a family leave out, in words; empty: nothing.
@@ -42,7 +37,7 @@ std::string left_out_of(const Family& family, const Words& shared, bool name_too
   const bool plain_too = !std::ranges::all_of(family, has_parameters);
   if (shared.empty() && !name_too) return "";
   const std::string& name = family.front().front();
-  return fmt::format("{}{}{}{}", name, plain_too ? " with parameters:" : "", shared.empty() ? "" : " ", joined(shared));
+  return fmt::format("{}{}{}{}", name, plain_too ? " with parameters:" : "", shared.empty() ? "" : " ", joined(shared, " "));
 }
 
 void shorten(const Family& family, bool alone, ChartNames& names) {
@@ -54,7 +49,7 @@ void shorten(const Family& family, bool alone, ChartNames& names) {
   for (const Words& words : family) {
     Words kept = without(words, shared);
     if (name_too) kept.erase(kept.begin());
-    ++uses[shortened[joined(words)] = joined(kept)];
+    ++uses[shortened[joined(words, " ")] = joined(kept, " ")];
   }
   if (uses.size() < family.size()) return;  // two would be called the same
   names.by_full_name.merge(shortened);

@@ -157,13 +157,11 @@ void Predictions::add(Predictions others) {
 
 Table predictions_table(const Predictions& predictions) {
   Table table{.name = "predictions", .title = "Predictions and what was measured", .group_titles = {"Verdict", "Measurement"}};
-  std::vector<const Row*> rows;
-  for (const Row& row : predictions.rows) rows.push_back(&row);
-  std::ranges::stable_sort(rows, [](const Row* a, const Row* b) { return a->id < b->id; });
+  std::vector<const Row*> rows = mapped(predictions.rows, [](const Row& row) { return &row; });
+  std::ranges::stable_sort(rows, {}, &Row::id);
   table.rows.resize(rows.size());
   for (const PredictionColumn& column : columns()) {
-    std::vector<TableCell> cells;
-    for (const Row* row : rows) cells.push_back(cell_of(column, *row));
+    std::vector<TableCell> cells = mapped(rows, [&](const Row* row) { return cell_of(column, *row); });
     if (std::ranges::none_of(cells, is_filled)) continue;
     table.columns.push_back(column.column);
     for (std::size_t i = 0; i < rows.size(); ++i) table.rows[i].push_back(std::move(cells[i]));

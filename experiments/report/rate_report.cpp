@@ -162,7 +162,7 @@ Predictions exponent_predictions(const std::vector<FittedRate>& rates) {
 std::vector<Figure> rate_figures(const std::vector<FittedRate>& rates) {
   std::vector<ChartKey> keys;
   for (const FittedRate& rate : rates)
-    if (std::ranges::find(keys, key_of(rate)) == keys.end()) keys.push_back(key_of(rate));
+    if (!contains(keys, key_of(rate))) keys.push_back(key_of(rate));
   std::vector<Figure> figures;
   for (const ChartKey& key : keys) {
     std::vector<const FittedRate*> shared;

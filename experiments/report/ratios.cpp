@@ -75,10 +75,9 @@ class ShortNames {
   }
 
   std::string of(const std::string& label) const {
-    std::string name;
-    for (const std::string& word : words_of(label))
-      if (!common_.contains(word)) name += (name.empty() ? "" : " ") + word;
-    return name.empty() ? label : name;
+    std::vector<std::string> words = words_of(label);
+    std::erase_if(words, [&](const std::string& word) { return common_.contains(word); });
+    return words.empty() ? label : joined(words, " ");
   }
 
  private:
@@ -143,10 +142,8 @@ std::string order_of_ratios(const std::vector<FoundRatio>& ratios, const ShortNa
     text += fmt::format("{}{}{}, over {}: ", text.empty() ? "" : " ", first.scene, place, names.of(first.over));
     if (pairs > 0) text += fmt::format("of {} pairs of methods {} are in the order expected; ", pairs, kept);
     std::ranges::stable_sort(group, [](const auto* a, const auto* b) { return a->ratio > b->ratio; });
-    text += "found, worst first:";
-    for (const FoundRatio* ratio : group)
-      text += fmt::format("{} {} {}", ratio == group.front() ? "" : ",", names.of(ratio->method), format_figure(ratio->ratio));
-    text += ".";
+    const auto found = [&](const FoundRatio* r) { return names.of(r->method) + " " + format_figure(r->ratio); };
+    text += fmt::format("found, worst first: {}.", joined(group, ", ", found));
   }
   return text;
 }

@@ -117,7 +117,7 @@ Table expectations_table(const ReportData& data) {
   table.column("declared_mse_exponent", "exponent of MSE",
                [](const Statement& s) { return TableCell(s.cell->mse_exponent, format_short(s.cell->mse_exponent)); });
   table.column("note", "note", [](const Statement& s) { return s.cell->note; });
-  const auto names = [](const Statement& s) { return fmt::format("{}", fmt::join(s.scenes, ", ")); };
+  const auto names = [](const Statement& s) { return joined(s.scenes, ", "); };
   const auto shown = [&](const Statement& s) {
     return s.scenes.size() == data.scenes.size() && s.scenes.size() > 1 ? "all" : names(s);
   };

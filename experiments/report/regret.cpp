@@ -38,7 +38,7 @@ std::string key_of(const Configuration& configuration) {
 std::string choices_of(const Configuration& configuration) {
   std::vector<std::string> choices;
   for (const Replicate& replicate : configuration.replicates) index_in(choices, replicate.cell->chosen);
-  return fmt::format("{}", fmt::join(choices, "; "));
+  return joined(choices, "; ");
 }
 
 // A scene at a time.

@@ -261,10 +261,8 @@ LogAnswers answers_of(const std::string& directory) {
 
 Report write_report(const std::vector<std::string>& directories, const std::string& output, const ReportOptions& options) {
   for (const std::string& format : options.table_formats)
-    if (!formatters.contains(format))
-      throw Error(unknown_name("table format", format, std::vector<std::string>{"md", "csv", "tex"}));
-  std::vector<RunLog> logs;
-  for (const std::string& directory : directories) logs.push_back(read_directory(directory));
+    require_name({}, "table format", format, std::vector<std::string>{"md", "csv", "tex"});
+  std::vector<RunLog> logs = mapped(directories, read_directory);
   std::vector<std::string> alone;
   std::vector<std::string> findings = missing_parts(logs, directories, !options.of_a_run);
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -286,11 +284,11 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
   data.conflicts = conflicting_scenes(log, logs);
   data.findings = findings;
   PageContent content = content_of(data);
-  for (const std::string& directory : directories) content.directories.push_back(shown_name(directory));
+  content.directories = mapped(directories, shown_name);
   content.experiments = find_experiments(log);
 
   content.answer = answer_in(data, content);
-  content.has_csv = std::ranges::count(options.table_formats, "csv") > 0;
+  content.has_csv = contains(options.table_formats, "csv");
 
   Output out(output.empty() ? fs::path(".") : fs::path(output));
   ImagePlace place;
@@ -316,9 +314,7 @@ Report write_report(const std::vector<std::string>& directories, const std::stri
 }
 
 std::string curves_of(const std::vector<std::string>& directories) {
-  std::vector<RunLog> logs;
-  for (const std::string& directory : directories) logs.push_back(read_directory(directory));
-  const RunLog log = merge_logs(logs);
+  const RunLog log = merge_logs(mapped(directories, read_directory));
   return curves_csv(arrange(log));
 }
 

@@ -21,7 +21,7 @@ std::vector<std::string> order_metrics(const std::set<std::string>& seen) {
   for (const char* name : {"relmse", "mse", "trimmed_relmse", "smape", "flip", "bias"})
     if (seen.contains(name)) ordered.push_back(name);
   for (const std::string& name : seen)
-    if (std::ranges::find(ordered, name) == ordered.end()) ordered.push_back(name);
+    if (!contains(ordered, name)) ordered.push_back(name);
   // A signed figure cannot lead: its zero says nothing of noise.
   if (ordered.size() > 1 && ordered.front() == "bias") std::rotate(ordered.begin(), ordered.begin() + 1, ordered.end());
   return ordered;
@@ -101,13 +101,6 @@ Configuration& configuration_of(ReportData& data, const CellName& name) {
 }
 
 }  // namespace
-
-std::size_t index_in(std::vector<std::string>& names, const std::string& name) {
-  const auto found = std::ranges::find(names, name);
-  const auto index = static_cast<std::size_t>(found - names.begin());
-  if (found == names.end()) names.push_back(name);
-  return index;
-}
 
 std::vector<const Configuration*> SceneData::finished() const {
   std::vector<const Configuration*> found;

@@ -70,16 +70,6 @@ struct ReportData {
 // Keeps pointers into `log`.
 ReportData arrange(const RunLog& log);
 
-// The place of a name among others, which it joins where it is missing.
-std::size_t index_in(std::vector<std::string>& names, const std::string& name);
-
-// What a record holds under a name, where it does.
-template <class Value>
-std::optional<Value> find_value(const std::map<std::string, Value>& values, const std::string& name) {
-  const auto found = values.find(name);
-  return found == values.end() ? std::nullopt : std::optional(found->second);
-}
-
 // Gives the metrics that a checkpoint logged of a region (empty: of the whole image); null where it did not.
 const std::map<std::string, double>* metrics_in(const CheckpointRecord& checkpoint, const std::string& region);
 // Throws Error where it was not logged.

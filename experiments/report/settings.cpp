@@ -129,8 +129,7 @@ KindReport settings_report(const ReportData& data) {
   for (MethodSettings& method : methods) find_shortfalls(method, data.main_metric());
   std::erase_if(methods, [](const MethodSettings& m) { return m.shortfalls.empty(); });
   if (methods.empty()) return {};
-  std::vector<double> worst;
-  for (const MethodSettings& method : methods) worst.push_back(method.worst().ratio);
+  const auto worst = mapped(methods, [](const MethodSettings& method) { return method.worst().ratio; });
   const MethodSettings& most = methods[static_cast<std::size_t>(std::ranges::max_element(worst) - worst.begin())];
   KindReport report{.id = "settings", .heading = "Defaults against other settings"};
   report.answer = fmt::format(

@@ -3,8 +3,6 @@
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_format.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <numeric>
 
@@ -53,15 +51,13 @@ class TerminalTable {
     for (const std::string& what : said_) out += (out.empty() ? "  in all rows: " : ", ") + what;
     if (!out.empty()) out = wrapped(out, terminal_width);
     if (!fits()) return out + blocks();
-    std::vector<std::vector<std::string>> row;
-    for (const TerminalColumn& column : columns_) row.push_back(broken_lines(column.title, column.width()));
-    out += lines(row, true);
+    out += lines(mapped(columns_, [](const TerminalColumn& c) { return broken_lines(c.title, c.width()); }), true);
     for (std::size_t r = 0; r < rows_; ++r) {
-      row.clear();
-      for (const TerminalColumn& column : columns_)
-        row.push_back(display_width(column.cells[r]) <= column.width() ? std::vector{column.cells[r]}
-                                                                       : broken_lines(column.cells[r], column.width(), indent));
-      out += lines(row, false);
+      const auto cell = [r](const TerminalColumn& column) {
+        const std::string& text = column.cells[r];
+        return display_width(text) <= column.width() ? std::vector{text} : broken_lines(text, column.width(), indent);
+      };
+      out += lines(mapped(columns_, cell), false);
     }
     return out;
   }
@@ -120,16 +116,14 @@ class TerminalTable {
   void say_parameters_once(TerminalColumn& column, bool named) {
     for (const std::string& word : words_of(column.cells.front())) {
       if (word.find('=') == std::string::npos) continue;
-      const bool shared = std::ranges::all_of(column.cells, [&](const std::string& cell) {
-        const auto words = words_of(cell);
-        return std::ranges::find(words, word) != words.end();
-      });
+      const bool shared =
+          std::ranges::all_of(column.cells, [&](const std::string& cell) { return contains(words_of(cell), word); });
       if (!shared) continue;
       said_.push_back(named ? column.title + " " + word : word);
       for (std::string& cell : column.cells) {
         auto words = words_of(cell);
         std::erase(words, word);
-        cell = fmt::format("{}", fmt::join(words, " "));
+        cell = joined(words, " ");
       }
     }
     const std::size_t title_width = column.title_width;

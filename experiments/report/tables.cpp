@@ -39,10 +39,8 @@ void add_names(TableOf<Record>& table, const ReportData& data, const Get& config
 // Gives the value of each seed's last checkpoint.
 template <class Value>
 std::vector<double> last_values(const Configuration& configuration, const Value& value) {
-  std::vector<double> values;
-  for (const Replicate& replicate : configuration.replicates)
-    values.push_back(static_cast<double>(std::invoke(value, *replicate.last())));
-  return values;
+  return mapped(configuration.replicates,
+                [&](const Replicate& of) { return static_cast<double>(std::invoke(value, *of.last())); });
 }
 
 TableCell median_cell(const std::vector<double>& values, Format format = format_figure) {
@@ -231,9 +229,9 @@ void add_theory(FinalTable& table) {
 
 // What the experiment's own labels stand for.
 void add_labels(FinalTable& table, const ReportData& data) {
-  std::vector<std::string> meanings;
-  for (const auto& [name, label] : data.log->stated.labels) meanings.push_back(fmt::format("{} is {}", label, name));
-  if (!meanings.empty()) table.note(fmt::format("{}.", fmt::join(meanings, "; ")));
+  const auto& labels = data.log->stated.labels;
+  const auto meaning = [](const auto& label) { return label.second + " is " + label.first; };
+  if (!labels.empty()) table.note(joined(labels, "; ", meaning) + ".");
 }
 
 void add_final_notes(FinalTable& table, const ReportData& data) {

@@ -38,9 +38,8 @@ std::vector<Contender> contenders(const ReportData& data, const SceneData& scene
   }
   for (const auto& [index, name] : absent)
     if (!best.contains(index)) late.push_back(name);
-  std::vector<Contender> sorted;
-  for (const auto& [index, contender] : best) sorted.push_back(contender);
-  std::ranges::stable_sort(sorted, [](const Contender& a, const Contender& b) { return a.error.centre < b.error.centre; });
+  std::vector<Contender> sorted = values_of(best);
+  std::ranges::stable_sort(sorted, {}, [](const Contender& c) { return c.error.centre; });
   return sorted;
 }
 
@@ -110,9 +109,8 @@ std::string target_text(const ReportData& data, const SceneData& scene) {
     if (!fresh && is_earlier(arrival->median, entry->second.first.median)) entry->second = {*arrival, &configuration};
   }
   if (best.size() < 2) return {};
-  std::vector<std::pair<ArrivalMedian, const Configuration*>> sorted;
-  for (const auto& [index, entry] : best) sorted.push_back(entry);
-  std::ranges::stable_sort(sorted, [](const auto& a, const auto& b) { return is_earlier(a.first.median, b.first.median); });
+  auto sorted = values_of(best);
+  std::ranges::stable_sort(sorted, is_earlier, [](const auto& entry) { return entry.first.median; });
   std::vector<std::string> parts;
   for (const auto& [arrival, configuration] : sorted)
     parts.push_back(fmt::format("{} {}", short_label(data, *configuration), describe(arrival)));
@@ -136,8 +134,7 @@ std::string throughput_text(const ReportData& data, const SceneData& scene) {
   if (accels.size() < 2 || rates.empty()) return {};
   std::vector<std::pair<double, std::size_t>> ranked;
   for (const std::size_t accel : accels) {
-    std::vector<double> values;
-    for (const auto& [integrator, by_accel] : rates) values.push_back(by_accel.at(accel));
+    const auto values = mapped(rates, [&](const auto& by_integrator) { return by_integrator.second.at(accel); });
     ranked.emplace_back(geometric_mean(values), accel);
   }
   std::ranges::sort(ranked, [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -223,11 +220,8 @@ std::string shown_scene(const std::string& name) {
 std::string who_leads(const std::vector<Lead>& leads, std::string_view does, std::string_view places) {
   std::vector<std::pair<std::string, std::vector<std::string>>> leaders;
   for (const Lead& lead : leads) {
-    const auto same = std::ranges::find(leaders, lead.who, [](const auto& leader) { return leader.first; });
-    if (same == leaders.end())
-      leaders.push_back({lead.who, {lead.where}});
-    else
-      same->second.push_back(lead.where);
+    const auto same = [&](const auto& leader) { return leader.first == lead.who; };
+    find_or_add(leaders, same, {lead.who, {}}).second.push_back(lead.where);
   }
   std::ranges::stable_sort(leaders, [](const auto& a, const auto& b) { return a.second.size() > b.second.size(); });
   if (leads.size() == 1) return fmt::format("{} {} on {}", leads[0].who, does, leads[0].where);

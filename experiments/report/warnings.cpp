@@ -28,9 +28,7 @@ void warn(Warnings& warnings, fmt::format_string<Args...> text, Args&&... args) 
 std::vector<const Configuration*> one_per_integrator(const SceneData& scene) {
   std::map<std::size_t, const Configuration*> first;
   for (const Configuration* configuration : scene.finished()) first.try_emplace(configuration->integrator_index, configuration);
-  std::vector<const Configuration*> result;
-  for (const auto& [index, configuration] : first) result.push_back(configuration);
-  return result;
+  return values_of(first);
 }
 
 void warn_of_references(const ReportData& data, Warnings& warnings) {
@@ -51,7 +49,7 @@ void warn_of_references(const ReportData& data, Warnings& warnings) {
            scene.name, format_figure(scene.reference->mse_floor), format_figure(100 * share),
            format_short(100 * floor_share_limit));
   }
-  if (const auto noisy = data.noisy_references(); !noisy.empty() && std::ranges::count(data.metrics, "mse") == 0)
+  if (const auto noisy = data.noisy_references(); !noisy.empty() && !contains(data.metrics, "mse"))
     warn(warnings,
          "{}: {} noise of its own, and no mse was logged to hold it against: how much of each error that is, nobody knows.",
          enumerate(noisy, ", ", 4), noisy.size() == 1 ? "the reference has" : "each reference has");

@@ -20,10 +20,8 @@ double MemoryForecast::bytes() const {
 }
 
 std::string MemoryForecast::text() const {
-  std::string text;
-  for (const MemoryPart& part : parts)
-    if (part.bytes > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", part.name, format_bytes(part.bytes));
-  return text;
+  auto taken = parts | std::views::filter([](const MemoryPart& part) { return part.bytes > 0; });
+  return joined(taken, ", ", [](const MemoryPart& part) { return part.name + " " + format_bytes(part.bytes); });
 }
 
 MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, const Method& accel, const Method& integrator,

@@ -99,8 +99,7 @@ ReferenceCache ReferenceCache::standard(const std::string& beside) {
   std::vector<std::string> directories;
   const auto add = [&](const fs::path& path) {
     std::error_code ignored;
-    if (fs::is_directory(path, ignored) && std::ranges::find(directories, path.string()) == directories.end())
-      directories.push_back(path.string());
+    if (fs::is_directory(path, ignored) && !contains(directories, path.string())) directories.push_back(path.string());
   };
   if (!beside.empty()) {
     for (fs::path parent = fs::absolute(beside).lexically_normal().parent_path();; parent = parent.parent_path()) {

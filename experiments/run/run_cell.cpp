@@ -58,9 +58,7 @@ class Measurement {
   }
   std::map<std::string, double> of(const Region& region) const {
     return values(crop(image_, region), crop(reference_, region), [&](const std::vector<double>& errors) {
-      std::vector<double> within;
-      for (const std::size_t pixel : region.pixels) within.push_back(errors[pixel]);
-      return mean_of(within);
+      return mean_of(mapped(region.pixels, [&](std::size_t pixel) { return errors[pixel]; }));
     });
   }
 

@@ -146,8 +146,7 @@ double jackknife_variance(const RatePoint& point, const std::string& metric) {
 
 // Least-squares weights from all seeds; equal where nothing is known of the points' variances.
 std::vector<double> point_weights(std::span<const RatePoint> points, const std::string& metric) {
-  std::vector<double> variances;
-  for (const RatePoint& point : points) variances.push_back(jackknife_variance(point, metric));
+  auto variances = mapped(points, [&](const RatePoint& point) { return jackknife_variance(point, metric); });
   const double middle = variances.empty() ? 0 : median(variances);
   if (!(middle > 0) || !std::isfinite(middle)) return std::vector<double>(points.size(), 1);
   for (double& variance : variances) variance = std::isfinite(variance) ? 1 / (variance / middle + 1) : 1e-6;

@@ -1,6 +1,7 @@
 #include "experiments/statistics/statistics.h"
 
 #include "framework/core/check.h"
+#include "framework/core/lists.h"
 #include "framework/core/rng.h"
 
 #include <algorithm>
@@ -13,9 +14,7 @@ namespace etendue {
 namespace {
 
 std::vector<double> logarithms(std::span<const double> values) {
-  std::vector<double> logs(values.size());
-  std::ranges::transform(values, logs.begin(), [](double v) { return std::log(v); });
-  return logs;
+  return mapped(values, [](double v) { return std::log(v); });
 }
 
 bool all_positive(std::span<const double> values) {

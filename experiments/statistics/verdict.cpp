@@ -50,10 +50,7 @@ Verdict combine(std::span<const Verdict> verdicts) {
 std::string count_verdicts(std::span<const Verdict> verdicts) {
   std::map<Verdict, int> counts;
   for (const Verdict verdict : verdicts) ++counts[verdict];
-  std::string text;
-  for (const auto& [verdict, count] : counts)
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict_name(verdict));
-  return text;
+  return joined(counts, ", ", [](const auto& of) { return fmt::format("{} {}", of.second, verdict_name(of.first)); });
 }
 
 std::optional<double> no_effect_of(FigureKind kind) {

@@ -69,8 +69,7 @@ class AnimationRunner {
     record_.rebuilt_sah_cost.push_back(anew.stats().sah_cost);
     record_rays(anew, frame);
     record_.rays.push_back(static_cast<double>(rays_.size()));
-    std::vector<TimedWork> tracing;
-    for (const auto& tree : trees_) tracing.push_back(timed([&] { trace(*tree, hits_); }));
+    const auto tracing = mapped(trees_, [&](const auto& tree) { return timed([&] { trace(*tree, hits_); }); });
     const Times times = take_turns(tracing, task_.choice.repetitions);
     for (std::size_t i = 0; i < trees_.size(); ++i) {
       record_.policies[i].trace_s.push_back(median(times[i]));
@@ -124,9 +123,7 @@ AnimationChoice read_animation(const ConfigNode& node) {
   reader.whole("resolution", choice.resolution, 1, 8192);
   reader.whole("repetitions", choice.repetitions, 1, 1000);
   const auto names = [](const auto& entries) {
-    std::vector<Method> methods;
-    for (const auto& entry : entries) methods.push_back({entry.name, {}, {}});
-    return methods;
+    return mapped(entries, [](const auto& entry) { return Method{entry.name, {}, {}}; });
   };
   const auto *moving = reader.find("motions"), *policies = reader.find("policies");
   choice.motions = moving ? read_motions(*moving) : names(motions());

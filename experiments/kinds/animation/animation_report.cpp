@@ -47,9 +47,7 @@ double trace_ratio(const AnimationRecord& r, const PolicyRecord& p, std::size_t 
 
 // Gives a figure of one policy at a frame, for each seed.
 std::vector<double> over_seeds(const AnimationData& animation, std::size_t policy, std::size_t frame, FrameFigure figure) {
-  std::vector<double> values;
-  for (const AnimationRecord* record : animation.seeds) values.push_back(figure(*record, record->policies[policy], frame));
-  return values;
+  return mapped(animation.seeds, [&](const AnimationRecord* of) { return figure(*of, of->policies[policy], frame); });
 }
 
 // Averages it over seeds and over the frames from `begin` on.

@@ -46,9 +46,8 @@ std::string name_rows(const Rows& some, const Rows& all) {
   std::string names;
   for (const std::string& quantity : quantities_of(some)) {
     const auto same = [&](const JudgedPrediction& row) { return row.quantity == quantity; };
-    std::string scenes;
-    for (const JudgedPrediction& row : some)
-      if (same(row)) scenes += (scenes.empty() ? "" : ", ") + short_scene(row.scene);
+    const std::string scenes =
+        joined(some | std::views::filter(same), ", ", [](const JudgedPrediction& row) { return short_scene(row.scene); });
     const bool everywhere = std::ranges::count_if(some, same) == std::ranges::count_if(all, same);
     if (!names.empty()) names += "; ";
     if (quantities_of(all).size() > 1) names += everywhere ? quantity : quantity + " on ";
@@ -64,27 +63,22 @@ std::string describe_split(const Rows& rows) {
     const auto same = [&](const auto& group) { return group.first == *row.verdict; };
     find_or_add(groups, same, {*row.verdict, {}}).second.push_back(row);
   }
-  std::string text;
-  for (const auto& [verdict, some] : groups)
-    text += fmt::format("{}{}: {}", text.empty() ? "" : " | ", verdict_name(verdict), name_rows(some, rows));
-  return text;
+  return joined(groups, " | ", [&](const auto& group) {
+    return fmt::format("{}: {}", verdict_name(group.first), name_rows(group.second, rows));
+  });
 }
 
 // Writes "quantity: 1.2× (1.1×–1.3×) on scene, 1.4× … on scene" for each quantity.
 std::vector<std::string> describe_measured(const Rows& rows) {
   std::set<std::string> scenes;
   for (const JudgedPrediction& row : rows) scenes.insert(row.scene);
-  std::vector<std::string> lines;
-  for (const std::string& quantity : quantities_of(rows)) {
-    std::string line;
-    for (const JudgedPrediction& row : rows) {
-      if (row.quantity != quantity) continue;
-      line += (line.empty() ? "" : ", ") + row.measured_text();
-      if (scenes.size() > 1) line += " on " + short_scene(row.scene);
-    }
-    lines.push_back(quantity + ": " + line);
-  }
-  return lines;
+  const auto measured = [&](const JudgedPrediction& row) {
+    return row.measured_text() + (scenes.size() > 1 ? " on " + short_scene(row.scene) : "");
+  };
+  return mapped(quantities_of(rows), [&](const std::string& quantity) {
+    const auto is_its = [&](const JudgedPrediction& row) { return row.quantity == quantity; };
+    return quantity + ": " + joined(rows | std::views::filter(is_its), ", ", measured);
+  });
 }
 
 // What the claim's words were taken to mean, and what its measurements remark; each once.
@@ -94,14 +88,12 @@ std::string remarks_of(const ClaimFindings& claim) {
     if (!record->reading.empty()) index_in(parts, record->reading);
   for (const ClaimRecord* record : claim.records)
     for (const std::string& remark : record->remarks) index_in(parts, remark);
-  return fmt::format("{}", fmt::join(parts, " "));
+  return joined(parts, " ");
 }
 
 // "27 statements: 6 confirmed, 15 depends".
 std::string count_claims(const std::vector<ClaimFindings>& claims) {
-  std::vector<Verdict> verdicts;
-  for (const ClaimFindings& claim : claims) verdicts.push_back(claim.verdict);
-  return fmt::format("{}: {}", counted(claims.size(), "statement"), count_verdicts(verdicts));
+  return fmt::format("{}: {}", counted(claims.size(), "statement"), count_verdicts(mapped(claims, &ClaimFindings::verdict)));
 }
 
 Predictions claim_predictions(const RunLog& log) {
@@ -144,8 +136,7 @@ Table claims_table(const RunLog& log) {
   table.column("claim", "claim", [](const ClaimFindings& claim) { return claim.stated().claim; });
   table.column("source", "source", [](const ClaimFindings& claim) { return claim.stated().source; });
   table.column("claimed", "claimed", [](const ClaimFindings& claim) { return claim.stated().claimed; });
-  table.column("measured", "measured",
-               [](const ClaimFindings& claim) { return fmt::format("{}", fmt::join(claim.measured, "; ")); });
+  table.column("measured", "measured", [](const ClaimFindings& claim) { return joined(claim.measured, "; "); });
   table.column("verdict", "verdict", [](const ClaimFindings& claim) { return std::string(verdict_name(claim.verdict)); });
   table.column("depends_on", "depends on", &ClaimFindings::on_what);
   table.column("remarks", "remarks", remarks_of);

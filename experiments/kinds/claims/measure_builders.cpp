@@ -98,10 +98,9 @@ void measure_brute(Trial& t) {
 }
 
 void measure_build(Trial& t) {
-  std::vector<Contender> contenders;
-  for (const std::string& name : t.works())
-    contenders.push_back({name, timed([&] { keep_answer(find_ray_structure(name, {}).make(t.scene, {})); })});
-  t.race(contenders);
+  t.race(mapped(t.works(), [&](const std::string& name) {
+    return Contender{name, timed([&] { keep_answer(find_ray_structure(name, {}).make(t.scene, {})); })};
+  }));
 }
 
 }  // namespace

@@ -185,16 +185,13 @@ void measure_in_images(Trial& t) {
     add(contents[i]->name, scenes[i + 1], contents[i]->method);
     add(bare_name(contents[i]->method), t.scene, contents[i]->method);
   }
-  std::vector<Contender> all;
-  for (const auto& [name, contender] : contenders) all.push_back(contender);
-  t.race(all);
+  t.race(values_of(contenders));
 }
 
 std::vector<Quantity> quantities_of(std::span<const Content> contents) {
-  std::vector<Quantity> quantities;
-  for (const Content& content : contents)
-    quantities.push_back({content.name, FigureKind::factor, content.text, content.name, bare_name(content.method)});
-  return quantities;
+  return mapped(contents, [](const Content& content) {
+    return Quantity{content.name, FigureKind::factor, content.text, content.name, bare_name(content.method)};
+  });
 }
 
 }  // namespace

@@ -54,9 +54,7 @@ void measure_image(Trial& t) {
                            {{"tree", tracing_all(tree, all)}, all},
                            {{"best", tracing_all(wide, all)}, all},
                            {{"four at once", tracing_all(simd, few)}, few}};
-  std::vector<Contender> contenders;
-  for (const Entry& entry : entries) contenders.push_back(entry.contender);
-  t.race(contenders);
+  t.race(mapped(entries, &Entry::contender));
   for (const auto& [contender, rays] : entries)
     t.scale(contender.name, scale_from(width) * static_cast<double>(all.size()) / static_cast<double>(rays.size()));
   const auto seconds = [&](const char* name) { return format_seconds(t.time(name).median); };

@@ -14,13 +14,11 @@ Trial::Trial(const MeasureTask& of, const std::vector<Quantity>& wanted)
     : task(of), scene(load_claim_scene(of.scene, of.reading)), quantities_(wanted) {
   for (const Quantity& quantity : wanted)
     for (const std::string& work : {quantity.over, quantity.time})
-      if (!work.empty() && std::ranges::find(works_, work) == works_.end()) works_.push_back(work);
+      if (!work.empty() && !contains(works_, work)) works_.push_back(work);
 }
 
 void Trial::race(const std::vector<Contender>& contenders, int repetitions) {
-  std::vector<TimedWork> works;
-  for (const Contender& contender : contenders) works.push_back(contender.work);
-  const Times times = take_turns(works, repetitions, task.progress);
+  const Times times = take_turns(mapped(contenders, &Contender::work), repetitions, task.progress);
   for (std::size_t i = 0; i < contenders.size(); ++i) CHECK(times_.emplace(contenders[i].name, times[i]).second);
 }
 
@@ -38,9 +36,7 @@ const RayQuery& Trial::make(const std::string& label) {
 }
 
 void Trial::race_structures(const TrialRays& rays) {
-  std::vector<Contender> contenders;
-  for (const std::string& work : works_) contenders.push_back({work, tracing_all(make(work), rays)});
-  race(contenders);
+  race(mapped(works_, [&](const std::string& work) { return Contender{work, tracing_all(make(work), rays)}; }));
 }
 
 TrialRays Trial::record_rays(int resolution) const {

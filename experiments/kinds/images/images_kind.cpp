@@ -3,8 +3,6 @@
 #include "experiments/kinds/images/images_run.h"
 #include "experiments/report/tables.h"
 
-#include <fmt/format.h>
-
 namespace etendue {
 
 namespace {
@@ -24,8 +22,7 @@ class ImagesKind final : public ExperimentKind {
     const auto* methods = find("integrators");
     if (methods) config.integrators = read_integrators(*methods, OwnLabels::allowed);
     require_scenes(config);
-    std::vector<std::string> scene_names;
-    for (const SceneChoice& scene : config.scenes) scene_names.push_back(scene.name);
+    const std::vector<std::string> scene_names = mapped(config.scenes, &SceneChoice::name);
     if (const auto* n = find("regions")) config.regions = read_regions(*n, scene_names);
     const PredictionContext context{scene_names, config.integrators, config.regions, config.metrics};
     if (const auto* n = find("predictions")) config.predictions = read_predictions(*n, context);

@@ -236,9 +236,7 @@ class Execution {
   }
 
   void log_products() {
-    std::vector<std::string> lines;
-    for (const ProductsRecord& record : missing_products(read_resolved_log(plan_.directory)))
-      lines.push_back(to_json_line(record));
+    const auto lines = mapped(missing_products(read_resolved_log(plan_.directory)), to_json_line<ProductsRecord>);
     if (!lines.empty()) directory_.append(lines);
   }
 

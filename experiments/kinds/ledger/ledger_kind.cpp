@@ -61,7 +61,7 @@ void list_trials(FieldsIn& f, std::vector<LedgerTrial>& trials) {
   for (std::size_t i = 0; i < columns.seeds.size(); ++i) {
     const std::uint64_t seed = columns.seeds[i];
     trials.push_back({seed, columns.errors.at(i), columns.switched_errors.at(i), columns.cpu_s.at(i),
-                      columns.switched_cpu_s.at(i), std::ranges::find(columns.same_images, seed) != columns.same_images.end()});
+                      columns.switched_cpu_s.at(i), contains(columns.same_images, seed)});
   }
 }
 

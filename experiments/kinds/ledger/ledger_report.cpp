@@ -11,6 +11,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <map>
 
 namespace etendue {
 
@@ -78,18 +79,12 @@ struct Decision {
   const std::string& scene() const { return record->cell.scene; }
 };
 
-std::vector<const LedgerRecord*> tried_records(const RunLog& log) {
+std::vector<Decision> decisions_of(const RunLog& log) {
   std::vector<const LedgerRecord*> records = done_records_of<LedgerRecord>(log);
   std::erase_if(records, [](const LedgerRecord* record) { return record->trials.empty(); });
-  return records;
-}
-
-std::vector<Decision> decisions_of(const RunLog& log) {
-  const std::vector<const LedgerRecord*> records = tried_records(log);
-  std::vector<Decision> decisions;
-  for (const LedgerRecord* record : records)
-    decisions.push_back({record, ledger_figures(*record), judge_decision(*record, records.size())});
-  return decisions;
+  return mapped(records, [&](const LedgerRecord* record) {
+    return Decision{record, ledger_figures(*record), judge_decision(*record, records.size())};
+  });
 }
 
 // A component of one method over all scenes.
@@ -101,15 +96,13 @@ struct Component {
     return static_cast<std::size_t>(std::ranges::count(decisions, verdict, &Decision::verdict));
   }
   std::vector<double> ratios(Estimate LedgerFigures::*figure) const {
-    std::vector<double> values;
-    for (const Decision& decision : decisions) values.push_back((decision.figures.*figure).centre);
-    return values;
+    return mapped(decisions, [figure](const Decision& decision) { return (decision.figures.*figure).centre; });
   }
   std::string scenes(LedgerVerdict verdict) const {
     std::vector<std::string> names;
     for (const Decision& decision : decisions)
       if (decision.verdict == verdict) names.push_back(slug(decision.scene()));
-    return fmt::format("{}", fmt::join(names, ", "));
+    return joined(names, ", ");
   }
 };
 
@@ -125,13 +118,9 @@ std::vector<Component> components_of(const std::vector<Decision>& decisions) {
 }
 
 std::string count_text(const std::vector<Decision>& decisions) {
-  std::string text;
-  for (std::size_t i = 0; i < ledger_verdict_count; ++i) {
-    const auto verdict = static_cast<LedgerVerdict>(i);
-    const auto count = std::ranges::count(decisions, verdict, &Decision::verdict);
-    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, verdict_name(verdict));
-  }
-  return text;
+  std::map<LedgerVerdict, int> counts;
+  for (const Decision& decision : decisions) ++counts[decision.verdict];
+  return joined(counts, ", ", [](const auto& of) { return fmt::format("{} {}", of.second, verdict_name(of.first)); });
 }
 
 std::string on_where(const Component& component) {
@@ -208,14 +197,12 @@ Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log)
 
 // "caustic map of photon-map (edge, corner)" for each component that some scene contradicts; without scenes where that is long.
 std::string contradictions(const std::vector<Component>& components, bool with_scenes) {
-  std::string text;
-  for (const Component& c : components) {
-    const std::size_t count = c.count(LedgerVerdict::contradicted);
-    if (count == 0) continue;
-    text += fmt::format("{}{} of {} ({})", text.empty() ? "" : ", ", c.first().component(), words_of(c.first().owner()).front(),
-                        with_scenes ? c.scenes(LedgerVerdict::contradicted) : counted(count, "scene"));
-  }
-  return text;
+  std::vector<std::string> parts;
+  for (const Component& c : components)
+    if (const std::size_t count = c.count(LedgerVerdict::contradicted); count > 0)
+      parts.push_back(fmt::format("{} of {} ({})", c.first().component(), words_of(c.first().owner()).front(),
+                                  with_scenes ? c.scenes(LedgerVerdict::contradicted) : counted(count, "scene")));
+  return joined(parts, ", ");
 }
 
 std::string ledger_answer(const std::vector<Decision>& decisions, const std::vector<Component>& components) {

@@ -115,9 +115,7 @@ std::vector<float> radii_for(const PointQuery& points, const PointSet& set, std:
     distances.push_back(std::sqrt(out.back().distance_squared));
   }
   const auto middle = static_cast<float>(median(distances));
-  std::vector<float> radii;
-  for (const double d : distances) radii.push_back(own ? static_cast<float>(d) : middle);
-  return radii;
+  return mapped(distances, [&](double d) { return own ? static_cast<float>(d) : middle; });
 }
 
 void measure_points(const SearchTask& task, SearchRecord& record) {

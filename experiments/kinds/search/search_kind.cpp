@@ -99,9 +99,7 @@ std::vector<SearchSet> search_sets(const SearchChoice& choice, const std::vector
 namespace {
 
 std::vector<SearchSet> config_sets(const ExperimentConfig& config) {
-  std::vector<std::string> names;
-  for (const SceneChoice& scene : config.scenes) names.push_back(scene.name);
-  return search_sets(choice_of<SearchChoice>(config), names);
+  return search_sets(choice_of<SearchChoice>(config), mapped(config.scenes, &SceneChoice::name));
 }
 
 class SearchWork final : public SceneWork {
@@ -115,8 +113,8 @@ class SearchWork final : public SceneWork {
     const auto& choice = choice_of<SearchChoice>(plan_.config);
     const SearchSet& set = sets_[cell.scene];
     const auto steps = static_cast<std::uint64_t>(choice.repetitions);
-    record = measure_search({choice, set, set.scene ? &place(cell).scene : nullptr, choice.counts[cell.integrator], cell.name.seed,
-                             [&](double share) { progress(share, steps); }});
+    record = measure_search({choice, set, set.scene ? &place(cell).scene : nullptr, choice.counts[cell.integrator],
+                             cell.name.seed, [&](double share) { progress(share, steps); }});
     disagreements_ += record.disagreements;
   }
 

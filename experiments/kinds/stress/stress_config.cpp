@@ -155,8 +155,7 @@ void read_structures(TableReader& row, const ConfigNode& structures, StressHazar
   for (const Method& accel : read_accels(structures))
     hazard.trials.push_back(
         {.method = accel.label(), .scene = hazard.scene, .node = {accel.label(), accel.where, accel.where}});
-  std::vector<std::string> names;
-  for (const StressTrial& trial : hazard.trials) names.push_back(trial.method);
+  const std::vector<std::string> names = mapped(hazard.trials, &StressTrial::method);
   if (const ConfigNode* expect = row.find("expect"))
     for (const auto& [name, expected] : read_expectations(*expect, "stress.expect", names))
       std::ranges::find(hazard.trials, name, &StressTrial::method)->expected = expected;
@@ -191,9 +190,7 @@ void read_methods(TableReader& row, StressHazard& hazard, Columns columns) {
 std::vector<double> read_numbers(const ConfigNode& node, const std::string& key, std::size_t least) {
   const auto* array = node.array();
   if (!array || array->size() < least) wrong_type(node, key, fmt::format("an array of {} numbers or more", least));
-  std::vector<double> values;
-  for (const ConfigNode& value : *array) values.push_back(read_number(value, key, 1e-12, 1e12));
-  return values;
+  return mapped(*array, [&](const ConfigNode& value) { return read_number(value, key, 1e-12, 1e12); });
 }
 
 // The thresholds that theory expects, one for each value of y; empty: none.

@@ -291,19 +291,19 @@ Table grid_points_table(const StressMap& map) {
 }
 
 std::string grid_finding(const StressRow& grid) {
-  std::vector<Verdict> verdicts;
-  std::string off;
+  std::size_t judged_rows = 0;
+  std::vector<std::string> off;
   for (const StressCell& cell : grid.cells) {
     const auto judged = judge_stress(cell);
     if (!judged || !judged->verdict) continue;
-    verdicts.push_back(*judged->verdict);
-    if (*judged->verdict != Verdict::confirmed) off += (off.empty() ? "" : ", ") + y_text(*cell.record->y);
+    ++judged_rows;
+    if (*judged->verdict != Verdict::confirmed) off.push_back(y_text(*cell.record->y));
   }
-  if (verdicts.empty()) return {};
+  if (judged_rows == 0) return {};
   const StressRecord& of = grid.record();
   return fmt::format("{} ({}): the predicted boundary lies in the measured interval in {} of {} rows{}.", of.hazard, of.column,
-                     std::ranges::count(verdicts, Verdict::confirmed), verdicts.size(),
-                     off.empty() ? "" : fmt::format(", not at {} = {}", of.second, off));
+                     judged_rows - off.size(), judged_rows,
+                     off.empty() ? "" : fmt::format(", not at {} = {}", of.second, joined(off, ", ")));
 }
 
 }  // namespace etendue

@@ -44,12 +44,6 @@ Share missed(const StressCell& cell) {
   return share;
 }
 
-std::vector<Arrival> arrivals(const std::vector<double>& values) {
-  std::vector<Arrival> all;
-  for (const double value : values) all.push_back({value < 0 ? Arrival::Kind::never : Arrival::Kind::at, std::abs(value)});
-  return all;
-}
-
 std::vector<TableCell> tail_cells(const StressCell& cell) {
   const std::vector<double>& tails = harmful_end(cell).tails;
   if (tails.empty()) return {};
@@ -69,7 +63,9 @@ std::vector<TableCell> missed_cells(const StressCell& cell) {
 
 std::vector<TableCell> sane_cells(const std::vector<double>& values, std::string (*format)(double)) {
   if (values.empty()) return {};
-  const ArrivalMedian found = median_arrival(arrivals(values));
+  const ArrivalMedian found = median_arrival(mapped(values, [](double v) {
+    return Arrival{v < 0 ? Arrival::Kind::never : Arrival::Kind::at, std::abs(v)};
+  }));
   const bool never = found.median.kind == Arrival::Kind::never;
   std::string text = (never ? "> " : "") + format(found.median.time);
   if (found.arrived > 0 && found.arrived < found.count) text += fmt::format(" ({} of {})", found.arrived, found.count);
@@ -98,11 +94,11 @@ std::string shares_missed(const std::vector<StressCell>& cells) {
     sum.of += share.of;
   }
   std::ranges::stable_sort(by_method, std::greater<>(), [](const auto& entry) { return entry.second.seen(); });
-  std::string text;
-  for (const auto& [method, share] : by_method)
-    text += fmt::format("{}{} {:.0f} % ({:.0f}–{:.0f})", text.empty() ? "" : ", ", method, 100 * share.seen(),
-                        100 * share.interval().low, 100 * share.interval().high);
-  return text;
+  return joined(by_method, ", ", [](const auto& entry) {
+    const auto& [method, share] = entry;
+    return fmt::format("{} {:.0f} % ({:.0f}–{:.0f})", method, 100 * share.seen(), 100 * share.interval().low,
+                       100 * share.interval().high);
+  });
 }
 
 }  // namespace

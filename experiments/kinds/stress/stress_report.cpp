@@ -105,7 +105,7 @@ double used_margin(const StressCell& cell) {
 }
 
 void add_safest(const StressMap& map, KindReport& report) {
-  std::string text;
+  std::vector<std::string> parts;
   for (const StressRow& row : map.rows) {
     if (row.record().of_structure) continue;
     std::vector<const StressCell*> cells;
@@ -113,12 +113,10 @@ void add_safest(const StressMap& map, KindReport& report) {
       if (cell.threshold) cells.push_back(&cell);
     std::ranges::stable_sort(cells, {},
                              [](const StressCell* cell) { return std::pair(-cell->threshold->t, used_margin(*cell)); });
-    if (cells.size() > 3) cells.resize(3);
-    std::string names;
-    for (const StressCell* cell : cells) names += (names.empty() ? "" : ", ") + cell->record->column;
-    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.record().hazard, names);
+    const auto name = [](const StressCell* cell) { return cell->record->column; };
+    parts.push_back(row.record().hazard + ": " + joined(cells | std::views::take(3), ", ", name));
   }
-  if (!text.empty()) report.findings.emplace_back("Three that hold longest", text + ".");
+  if (!parts.empty()) report.findings.emplace_back("Three that hold longest", joined(parts, "; ") + ".");
 }
 
 void add_calm(const StressMap& map, KindReport& report) {
@@ -154,13 +152,13 @@ void add_mended(std::vector<MendedCell> cells, KindReport& report) {
 }
 
 void add_grids(const StressMap& map, KindReport& report) {
-  std::string text;
+  std::vector<std::string> found;
   for (const StressRow& grid : map.grids) {
     report.tables.push_back(grid_table(grid));
-    if (const std::string finding = grid_finding(grid); !finding.empty()) text += (text.empty() ? "" : " ") + finding;
+    if (std::string finding = grid_finding(grid); !finding.empty()) found.push_back(std::move(finding));
   }
   report.tables.push_back(grid_points_table(map));
-  if (!text.empty()) report.findings.emplace_back("Where two parameters decide", text);
+  if (!found.empty()) report.findings.emplace_back("Where two parameters decide", joined(found, " "));
 }
 
 // --- the page ---
@@ -223,8 +221,7 @@ std::string answer_of(const StressMap& map, const Predictions& predictions) {
   const auto worst =
       std::ranges::max_element(map.rows, {}, [](const StressRow& row) { return row.record().of_structure ? 0 : row.broken(); });
   text += "; " + broken_text(*worst);
-  std::vector<Verdict> verdicts;
-  for (const JudgedPrediction& row : predictions.rows) verdicts.push_back(*row.verdict);
+  const auto verdicts = mapped(predictions.rows, [](const JudgedPrediction& row) { return *row.verdict; });
   return text + (verdicts.empty() ? "." : fmt::format("; predicted thresholds: {}.", count_verdicts(verdicts)));
 }
 

@@ -113,9 +113,7 @@ std::vector<SweepPoint> sweep(const SweepRange& range, double factor, const Expe
         break;
       (fails(middle) ? failed : held) = middle;
     }
-  std::vector<SweepPoint> sorted;
-  for (auto& [i, point] : points) sorted.push_back(std::move(point));
-  return sorted;
+  return values_of(points);
 }
 
 Threshold threshold_of(std::span<const SweepPoint> points, const Expected& holds) {

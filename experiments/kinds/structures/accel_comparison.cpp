@@ -100,9 +100,7 @@ class Comparison {
           contender.note(fmt::format("checked on {} aimed rays of {}", format_count(static_cast<double>(most)),
                                      format_count(static_cast<double>(options_.check_rays))));
     }
-    std::vector<StructureRecord> records;
-    for (Contender& contender : contenders_) records.push_back(std::move(contender.record));
-    return records;
+    return mapped(contenders_, &Contender::record);
   }
 
  private:
@@ -201,16 +199,15 @@ class Comparison {
   // A ray is traced three times a round: to warm up, singly, and in a batch.
   void choose_rays(Contender& contender, const RayQuery& structure) const {
     const double share = 0.5 * options_.budget_s / (3.0 * options_.repetitions * static_cast<double>(ray_kinds.size()));
-    std::string text;
+    std::vector<std::string> sampled;
     for (const RayKind kind : ray_kinds) {
       const std::size_t k = index_of(kind), count = affordable_rays(structure, kind, rays_[k], share);
       if (count == rays_[k].size()) continue;
       contender.sampled[k] = true;
       if (count >= least_rays) contender.samples[k] = spread_runs(rays_[k], count);
-      text += fmt::format("{}{} of {} {}", text.empty() ? "" : ", ", contender.samples[k].size(), rays_[k].size(),
-                          ray_kind_name(kind));
+      sampled.push_back(fmt::format("{} of {} {}", contender.samples[k].size(), rays_[k].size(), ray_kind_name(kind)));
     }
-    if (!text.empty()) contender.note("a sample of rays: " + text);
+    if (!sampled.empty()) contender.note("a sample of rays: " + joined(sampled, ", "));
   }
 
   void trace(Contender& contender, const RayQuery& structure) const {

@@ -51,9 +51,7 @@ std::string shares_text(const Throughput& figures) {
   for (const auto& [phase, share] : figures.shares)
     if (share >= 0.005) order.emplace_back(share, phase);
   std::sort(order.rbegin(), order.rend());
-  std::string text;
-  for (const auto& [share, phase] : order) text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ", phase, 100 * share);
-  return text;
+  return joined(order, ", ", [](const auto& of) { return fmt::format("{} {:.0f} %", of.second, 100 * of.first); });
 }
 
 std::vector<ThroughputRow> newest_of(const RunLog& log, const std::vector<ThroughputRow>& all) {

@@ -1,6 +1,7 @@
 #include "experiments/report/charts/chart_plot.h"
 
 #include "experiments/report/report_text.h"
+#include "framework/core/lists.h"
 
 #include <fmt/format.h>
 
@@ -153,8 +154,7 @@ std::string Plot::axes() const {
 }
 
 std::string Plot::line_path(const ChartSeries& series) const {
-  std::vector<dvec2> points;
-  for (const ChartPoint& point : series.points) points.push_back(place(point.x, point.y));
+  const auto points = mapped(series.points, [&](const ChartPoint& point) { return place(point.x, point.y); });
   if (series.draw != Draw::stairs) return polyline(points);
   std::string d = polyline({points.data(), 1});
   for (std::size_t i = 1; i < points.size(); ++i) d += fmt::format("H{}V{}", px(points[i].x), px(points[i].y));
@@ -168,8 +168,7 @@ std::string Plot::band_path(const ChartSeries& series) const {
     const dvec2 high = place(points[0].x, points[0].high), low = place(points[0].x, points[0].low);
     return fmt::format("M{} {}h6V{}h-6z", px(high.x - 3), px(high.y), px(low.y));
   }
-  std::vector<dvec2> outline;
-  for (const ChartPoint& point : points) outline.push_back(place(point.x, point.high));
+  auto outline = mapped(points, [&](const ChartPoint& point) { return place(point.x, point.high); });
   for (auto point = points.rbegin(); point != points.rend(); ++point) outline.push_back(place(point->x, point->low));
   return polyline(outline) + "Z";
 }

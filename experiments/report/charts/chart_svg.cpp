@@ -4,6 +4,7 @@
 #include "experiments/report/charts/chart_plot.h"
 #include "experiments/report/page/assets.h"
 #include "experiments/report/report_text.h"
+#include "framework/core/lists.h"
 
 #include <fmt/format.h>
 
@@ -37,10 +38,10 @@ double legend_width(const ChartSeries& series) { return 36 + text_width(shortene
 
 // Entries beside the ends of their lines, pushed apart until none touches another; a thin line leads to each.
 std::string legend_at_ends(const std::vector<const ChartSeries*>& entries, const Plot& plot, double left) {
-  std::vector<std::pair<double, const ChartSeries*>> ends;
-  for (const ChartSeries* series : entries)
-    ends.emplace_back(plot.place(series->points.back().x, series->points.back().y).y, series);
-  std::ranges::stable_sort(ends, [](const auto& a, const auto& b) { return a.first < b.first; });
+  auto ends = mapped(entries, [&](const ChartSeries* series) {
+    return std::pair(plot.place(series->points.back().x, series->points.back().y).y, series);
+  });
+  std::ranges::stable_sort(ends, {}, [](const auto& end) { return end.first; });
   constexpr double pitch = 18;
   std::vector<double> at;
   for (const auto& [y, series] : ends) at.push_back(at.empty() ? y : std::max(y, at.back() + pitch));

@@ -59,10 +59,9 @@ ChartSeries styled(const ReportData& data, const Panels& panels, const Configura
 // Gives points over all seeds, with their bands.
 std::vector<ChartPoint> points_of(const Configuration& configuration, const std::string& metric, Abscissa abscissa,
                                   bool with_sign) {
-  std::vector<ChartPoint> points;
-  for (const SeriesPoint& point : aggregate(configuration, metric, abscissa, with_sign))
-    points.emplace_back(point.x, point.y.centre, point.y.interval.low, point.y.interval.high);
-  return points;
+  return mapped(aggregate(configuration, metric, abscissa, with_sign), [](const SeriesPoint& point) {
+    return ChartPoint(point.x, point.y.centre, point.y.interval.low, point.y.interval.high);
+  });
 }
 
 std::string axis_title(Abscissa abscissa) {
@@ -154,7 +153,7 @@ void cut_linear_axis(Chart& chart, std::vector<std::string>& notes) {
   if (last <= 0 || natural.low < 0 || natural.high <= times * last) return;
   chart.y.range = {0, times * last};
   const std::string note = "The linear axis ends at six times the largest last error.";
-  if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
+  if (!contains(notes, note)) notes.push_back(note);
 }
 
 void share_ranges(std::vector<Chart>& panels) {

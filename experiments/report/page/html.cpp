@@ -80,8 +80,7 @@ Section findings(const ReportData& data, const PageContent& content) {
   }
   if (!cards.empty()) section.body += "<div class=\"findings\">\n" + cards + "</div>\n";
   if (!conclusions.scenes.empty() && !data.left_out_of_names.empty())
-    section.body += fmt::format("<p class=\"note\">Left out of names: {}.</p>\n",
-                                html(fmt::format("{}", fmt::join(data.left_out_of_names, "; "))));
+    section.body += fmt::format("<p class=\"note\">Left out of names: {}.</p>\n", html(joined(data.left_out_of_names, "; ")));
   if (!warnings.empty())
     section.body += fmt::format("<aside class=\"warnings\"><h3>To be wary of</h3><ul>\n{}</ul>{}</aside>\n", warnings,
                                 folded ? "</details>" : "");
@@ -133,13 +132,12 @@ std::string command_of(const ManifestRecord& m) {
 Section reproduction(const ReportData& data, const PageContent& content) {
   std::set<std::string> commands;
   for (const ManifestRecord& manifest : data.log->manifests) commands.insert(command_of(manifest));
-  std::string report = "./etendue report";
-  for (const std::string& directory : content.directories) report += " " + shell_word(directory);
+  const std::string report = "./etendue report " + joined(content.directories, " ", shell_word);
   Section section{"reproduce", "How to reproduce", ""};
   section.body = fmt::format(
       "<pre>{}{}</pre>\n<p class=\"note\">Equal seeds give equal images on any number of threads; times belong to the machine "
       "named above. Everything on this page is computed from runs.jsonl.</p>\n",
-      html(fmt::format("{}", fmt::join(commands, ""))), html(report));
+      html(joined(commands, "")), html(report));
   for (const auto& [name, text] : content.experiments)
     section.body += fmt::format("<details><summary>{}</summary><pre>{}</pre></details>\n", html(name), html(text));
   return section;
@@ -169,16 +167,16 @@ std::string report_page(const ReportData& data, const PageContent& content) {
     links += section.link();
     text += section.text();
   }
-  return fmt::format(
-      fmt::runtime(page_html), fmt::arg("title", html(title_of(*data.log))), fmt::arg("chart_style", chart_css),
-      fmt::arg("style", page_css), fmt::arg("facts", facts(data, content)), fmt::arg("links", links),
-      fmt::arg("findings", found.body.empty() ? "" : found.text()), fmt::arg("metrics", metric_options(variants)),
-      fmt::arg("left_out", html(variants.note)), fmt::arg("sections", text), fmt::arg("images", images_json(content.images)),
-      fmt::arg("answer", content.answer.empty()
-                             ? ""
-                             : fmt::format("<p class=\"answer\">{}</p>\n",
-                                           html(content.answer + (content.answer.ends_with('.') ? "" : ".")))),
-      fmt::arg("gallery", gallery_html(data, content.images)), fmt::arg("script", fmt::format("{}", fmt::join(scripts, ""))));
+  return fmt::format(fmt::runtime(page_html), fmt::arg("title", html(title_of(*data.log))), fmt::arg("chart_style", chart_css),
+                     fmt::arg("style", page_css), fmt::arg("facts", facts(data, content)), fmt::arg("links", links),
+                     fmt::arg("findings", found.body.empty() ? "" : found.text()),
+                     fmt::arg("metrics", metric_options(variants)), fmt::arg("left_out", html(variants.note)),
+                     fmt::arg("sections", text), fmt::arg("images", images_json(content.images)),
+                     fmt::arg("answer", content.answer.empty()
+                                            ? ""
+                                            : fmt::format("<p class=\"answer\">{}</p>\n",
+                                                          html(content.answer + (content.answer.ends_with('.') ? "" : ".")))),
+                     fmt::arg("gallery", gallery_html(data, content.images)), fmt::arg("script", joined(scripts, "")));
 }
 
 }  // namespace etendue

@@ -215,7 +215,7 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore
       std::vector<double> errors = sampled_errors(shown, *reference, error);
       result.ranges[kind] = kind == "signed" ? symmetric_range(std::move(errors)) : decades_of(std::move(errors));
     }
-  const Image* perceived = reference && std::ranges::find(data.metrics, "flip") != data.metrics.end() ? &*reference : nullptr;
+  const Image* perceived = reference && contains(data.metrics, "flip") ? &*reference : nullptr;
   if (perceived != nullptr) result.ranges["flip"] = {0, 1};
 
   struct Encoded {
@@ -292,9 +292,7 @@ std::vector<std::string> viridis_stops() {
   // Every sixteenth colour; others are linear between.
   constexpr std::array table{0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e,
                              0x1f988b, 0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725};
-  std::vector<std::string> stops;
-  for (int i = 0; i <= 10; ++i) stops.push_back(colour_among(table, i / 10.0));
-  return stops;
+  return mapped(std::views::iota(0, 11), [&](int i) { return colour_among(table, i / 10.0); });
 }
 
 namespace {

@@ -71,9 +71,9 @@ std::optional<Estimate> final_estimate(const Configuration& configuration, const
 }
 
 Table equal_time_table(const ReportData& data, const SceneData& scene, const std::string& metric) {
-  std::vector<EqualTimeRow> rows;
-  for (const Configuration* configuration : scene.finished())
-    rows.push_back({configuration, estimate_at(*configuration, metric, scene.common_time_s, data.is_signed(metric))});
+  auto rows = mapped(scene.finished(), [&](const Configuration* of) {
+    return EqualTimeRow{of, estimate_at(*of, metric, scene.common_time_s, data.is_signed(metric))};
+  });
   std::string when = "after " + format_seconds(scene.common_time_s);
   // Cells of a few iterations may end before most others have a first image.
   const auto known = std::ranges::count_if(rows, [](const EqualTimeRow& row) { return row.error.has_value(); });

@@ -225,9 +225,7 @@ std::vector<KeptImage> kept_images(const SceneData& scene) {
     for (const Replicate& replicate : configuration.replicates)
       if (!replicate.cell->image.empty())
         kept.try_emplace(configuration.integrator_index, KeptImage{&configuration, &replicate});
-  std::vector<KeptImage> result;
-  for (const auto& [index, image] : kept) result.push_back(image);
-  return result;
+  return values_of(kept);
 }
 
 Comparison write_comparison(const std::vector<std::string>& directories, const std::string& file,

@@ -1,6 +1,7 @@
 #include "experiments/report/paper/pictures.h"
 
 #include "experiments/statistics/statistics.h"
+#include "framework/core/lists.h"
 #include "framework/io/image/image_file.h"
 #include "framework/io/image/png.h"
 
@@ -55,8 +56,7 @@ Colour difference_colour(const dvec3& image, const dvec3& reference) {
 }
 
 double white_of(const Image& image) {
-  std::vector<double> values;
-  for (const dvec3& p : image.pixels) values.push_back(std::max({p.x, p.y, p.z}));
+  const auto values = mapped(image.pixels, [](const dvec3& p) { return std::max({p.x, p.y, p.z}); });
   const double white = values.empty() ? 0 : 1.25 * quantile(values, 0.98);
   return white > 0 ? white : 1;
 }

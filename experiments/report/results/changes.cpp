@@ -3,6 +3,7 @@
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
 #include "framework/core/error.h"
+#include "framework/core/lists.h"
 #include "framework/io/text.h"
 #include "framework/io/whole_file.h"
 
@@ -47,13 +48,13 @@ constexpr std::array found_words{"interval", "same_image", "verdict", "why", "wi
 
 // The words of a row: columns of words are set flush left. Those of a later group go with the figures.
 std::string row_name(const Table& table, const std::vector<TableCell>& row) {
-  std::string name;
+  std::vector<std::string> words;
   for (std::size_t i = 0; i < row.size(); ++i)
     if (const TableColumn& column = table.columns[i]; !column.right && column.audience == Audience::everyone &&
                                                       column.group == 0 && !row[i].raw.empty() &&
-                                                      std::ranges::find(found_words, column.key) == found_words.end())
-      name += (name.empty() ? "" : ", ") + row[i].raw;
-  return name;
+                                                      !contains(found_words, column.key))
+      words.push_back(row[i].raw);
+  return joined(words, ", ");
 }
 
 using NamedRows = std::map<std::string, std::vector<const std::vector<TableCell>*>>;

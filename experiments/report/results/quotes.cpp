@@ -1,6 +1,7 @@
 #include "experiments/report/results/quotes.h"
 
 #include "experiments/report/report_text.h"
+#include "framework/core/lists.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
@@ -45,9 +46,7 @@ struct Quote {
 
 std::size_t column_named(const Table& table, std::string_view key) {
   if (const auto column = column_of(table, key)) return *column;
-  Words keys;
-  for (const TableColumn& column : table.columns) keys.push_back(column.key);
-  throw Error(unknown_name("column", key, keys));
+  throw Error(unknown_name("column", key, mapped(table.columns, &TableColumn::key)));
 }
 
 const Table& table_named(std::string_view name, const TableSource& tables) {
@@ -228,7 +227,7 @@ std::vector<TableLine> rows_of(std::string_view kind, std::string_view line, std
     return lines_by(table, key, quoted_words(trimmed(line)));
   }
   const Words words = quoted_words(trimmed(line));
-  return {{label.empty() ? fmt::format("{}", fmt::join(words, ", ")) : std::string(label), words}};
+  return {{label.empty() ? joined(words, ", ") : std::string(label), words}};
 }
 
 Quote with_words(Quote quote, const Words& words) {

@@ -60,7 +60,7 @@ std::string of_manifests(const RunLog& log, std::string_view separator, const Te
   std::set<std::string> texts;
   for (const ManifestRecord& manifest : log.manifests)
     if (const std::string one = std::invoke(text, manifest); !one.empty()) texts.insert(one);
-  return in_row(fmt::format("{}", fmt::join(texts, separator)));
+  return in_row(joined(texts, separator));
 }
 
 constexpr std::string_view page_name = "results/README.md";

@@ -29,9 +29,7 @@ std::vector<ChartPoint> cost_line(const StructureRecord& record, double from, do
   for (int i = 0; std::pow(10.0, static_cast<double>(i) / points_per_decade) < to; ++i)
     if (const double x = std::pow(10.0, static_cast<double>(i) / points_per_decade); x > from) rays.push_back(x);
   rays.push_back(to);
-  std::vector<ChartPoint> points;
-  for (const double x : rays) points.emplace_back(x, total_s(record, x));
-  return points;
+  return mapped(rays, [&](double x) { return ChartPoint(x, total_s(record, x)); });
 }
 
 }  // namespace

@@ -91,11 +91,11 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
   constexpr const char* shapes[chart_markers] = {"circles",    "squares", "triangles",  "diamonds", "triangles pointing down",
                                                  "plus signs", "crosses", "hourglasses"};
   if (const std::vector<std::string> layouts = layouts_of(data); layouts.size() > 1) {
-    std::string text = "Layouts:";
-    for (std::size_t i = 0; i < layouts.size(); ++i)
-      text +=
-          fmt::format("{} {} {}", i > 0 ? "," : "", shapes[i % chart_markers], layouts[i] == "-" ? "(no choice)" : layouts[i]);
-    notes.push_back(text + "; a grey line joins those of one structure.");
+    const auto shape = [&](std::size_t i) {
+      return fmt::format("{} {}", shapes[i % chart_markers], layouts[i] == "-" ? "(no choice)" : layouts[i]);
+    };
+    notes.push_back(fmt::format("Layouts: {}; a grey line joins those of one structure.",
+                                joined(std::views::iota(std::size_t{0}, layouts.size()), ", ", shape)));
   }
   return {"structures-" + scene.file_stem, scene.name, "building against tracing", {std::move(chart)}, notes};
 }
