@@ -104,19 +104,10 @@ std::string in_words(const Row& row) {
 
 std::string figure_text(FigureKind kind, double value) {
   if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
-  switch (kind) {
-    case FigureKind::factor:
-      return format_figure(value) + "×";
-    case FigureKind::time:
-      return format_seconds(value);
-    case FigureKind::plain:
-      break;
-    case FigureKind::share:
-      return fmt::format("{:.3g} %", 100 * value);
-    case FigureKind::exponent:
-      return fmt::format("{:.3f}", value);
-  }
-  return format_figure(value);
+  if (kind == FigureKind::time) return format_seconds(value);
+  if (kind == FigureKind::share) return fmt::format("{:.3g} %", 100 * value);
+  if (kind == FigureKind::exponent) return fmt::format("{:.3f}", value);
+  return format_figure(value) + (kind == FigureKind::factor ? "×" : "");
 }
 
 void JudgedPrediction::measure(double measured, const std::optional<Interval>& around, std::optional<double> no_effect) {

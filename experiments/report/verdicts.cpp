@@ -309,16 +309,12 @@ std::string describe(const Estimate& estimate) {
 }
 
 std::string describe(const ArrivalMedian& arrival) {
-  const std::string time = format_seconds(arrival.median.time);
-  switch (arrival.median.kind) {
-    case Arrival::Kind::at:
-      return time;
-    case Arrival::Kind::before:
-      return "≤ " + time;
-    case Arrival::Kind::never:
-      break;
-  }
-  return arrival.count == 1 ? "> " + time : fmt::format("> {} ({} of {} arrived)", time, arrival.arrived, arrival.count);
+  constexpr const char* marks[] = {"", "≤ ", "> "};
+  const auto kind = arrival.median.kind;
+  const std::string time = marks[static_cast<std::size_t>(kind)] + format_seconds(arrival.median.time);
+  return kind != Arrival::Kind::never || arrival.count == 1
+             ? time
+             : fmt::format("{} ({} of {} arrived)", time, arrival.arrived, arrival.count);
 }
 
 Conclusions conclude(const ReportData& data) {

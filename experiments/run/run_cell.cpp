@@ -299,15 +299,8 @@ CellResult run_cell(const CellTask& task) {
 }
 
 std::string_view bias_name(Bias bias) {
-  switch (bias) {
-    case Bias::unbiased:
-      return "unbiased";
-    case Bias::consistent:
-      return "consistent";
-    case Bias::biased:
-      return "biased";
-  }
-  return "";
+  constexpr std::string_view names[] = {"unbiased", "consistent", "biased"};
+  return names[static_cast<std::size_t>(bias)];
 }
 
 }  // namespace etendue

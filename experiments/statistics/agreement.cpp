@@ -124,20 +124,16 @@ std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons,
   const Comparison& worst = verdict == Agreement::Verdict::disagree ? comparisons.worst() : t;
   const std::string where = fmt::format("{} by {:+.3g} % of the image's mean", BatchStatistics::region_name(worst.region),
                                         100 * comparisons.relative(worst.difference));
-  switch (verdict) {
-    case Agreement::Verdict::agree:
-      return fmt::format("agree, worst t at {:.0f} % of its limit; the image's mean resolved to {:.2g} %", 100 * t.t_ratio(),
-                         100 * comparisons.resolution());
-    case Agreement::Verdict::cannot_tell:
-      return fmt::format(
-          "{} whether they differ in {}: t at {:.0f} % of its limit, but bright paths not yet seen in {} samples "
-          "may add {:.3g} %; about {} samples can tell",
-          undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance), samples_needed);
-    case Agreement::Verdict::disagree:
-      return fmt::format("DISAGREE in {}, where {:.3g} % could be chance (t at {:.0f} % of its limit)", where,
-                         100 * comparisons.relative(worst.limit + worst.allowance), 100 * worst.t_ratio());
-  }
-  return {};
+  if (verdict == Agreement::Verdict::agree)
+    return fmt::format("agree, worst t at {:.0f} % of its limit; the image's mean resolved to {:.2g} %", 100 * t.t_ratio(),
+                       100 * comparisons.resolution());
+  if (verdict == Agreement::Verdict::cannot_tell)
+    return fmt::format(
+        "{} whether they differ in {}: t at {:.0f} % of its limit, but bright paths not yet seen in {} samples "
+        "may add {:.3g} %; about {} samples can tell",
+        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance), samples_needed);
+  return fmt::format("DISAGREE in {}, where {:.3g} % could be chance (t at {:.0f} % of its limit)", where,
+                     100 * comparisons.relative(worst.limit + worst.allowance), 100 * worst.t_ratio());
 }
 
 }  // namespace
@@ -167,23 +163,24 @@ void BatchStatistics::add(const Image& batch) {
   regions_.push_back(std::move(means));
 }
 
-double BatchStatistics::mean_variance() const {
-  CHECK_GT(batches_, 1);
-  const double n = batches_;
-  double sum = 0;
-  for (const dvec3& squares : squares_.pixels) sum += (squares.x + squares.y + squares.z) / 3;
-  return sum / (n * (n - 1) * static_cast<double>(mean_.pixels.size()));
-}
-
-double BatchStatistics::relative_variance(const Image& r) const {
+template <class Scale>
+double BatchStatistics::variance_over(const Scale& scale) const {
   CHECK_GT(batches_, 1);
   const double n = batches_;
   double sum = 0;
   for (std::size_t i = 0; i < squares_.pixels.size(); ++i) {
-    const dvec3 relative = squares_.pixels[i] / (r.pixels[i] * r.pixels[i] + relmse_epsilon);
-    sum += (relative.x + relative.y + relative.z) / 3;
+    const dvec3 scaled = squares_.pixels[i] / scale(i);
+    sum += (scaled.x + scaled.y + scaled.z) / 3;
   }
   return sum / (n * (n - 1) * static_cast<double>(mean_.pixels.size()));
+}
+
+double BatchStatistics::mean_variance() const {
+  return variance_over([](std::size_t) { return 1.0; });
+}
+
+double BatchStatistics::relative_variance(const Image& r) const {
+  return variance_over([&](std::size_t i) { return r.pixels[i] * r.pixels[i] + relmse_epsilon; });
 }
 
 double BatchStatistics::rare_value() const {

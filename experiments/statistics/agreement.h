@@ -47,6 +47,9 @@ class BatchStatistics {
   static std::string region_name(std::size_t region);
 
  private:
+  template <class Scale>
+  double variance_over(const Scale& scale) const;  // of mean(), each pixel's over scale(pixel)
+
   std::uint64_t samples_per_batch_;
   int batches_ = 0;
   Image mean_, squares_, cubes_;  // the last two: sums of the powers of deviations from the mean

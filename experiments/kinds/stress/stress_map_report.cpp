@@ -34,16 +34,8 @@ Interval StressCell::x_interval() const {
 std::string StressCell::threshold_text() const {
   if (!record->inapplicable.empty()) return "–";
   if (!threshold) return "failed to run";
-  const char* mark = threshold->is_monotone ? "" : "†";
-  switch (threshold->holding) {
-    case Holding::to_the_end:
-      return "holds";
-    case Holding::nowhere:
-      return std::string("fails") + mark;
-    case Holding::up_to:
-      break;
-  }
-  return x_text(x()) + mark;
+  if (threshold->holding == Holding::to_the_end) return "holds";
+  return (threshold->holding == Holding::nowhere ? "fails" : x_text(x())) + (threshold->is_monotone ? "" : "†");
 }
 
 std::string StressCell::interval_text() const {
@@ -57,21 +49,13 @@ std::string StressCell::interval_text() const {
 std::string StressCell::verdict_text() const {
   if (!record->inapplicable.empty()) return "does not apply: " + record->inapplicable;
   if (!threshold) return "failed to run: " + record->error;
-  const std::string unit = record->unit.empty() ? "" : " " + record->unit;
+  if (threshold->holding == Holding::to_the_end) return "holds to the end";
   const char* recovers = threshold->is_monotone ? "" : ", recovers beyond";
-  switch (threshold->holding) {
-    case Holding::to_the_end:
-      return "holds to the end";
-    case Holding::nowhere: {
-      const StressPoint& first = record->points.front();
-      const bool biased = std::abs(first.bias) > std::max(0.01, 3 * first.bias_error) && !record->of_structure;
-      return fmt::format("fails everywhere{}{}", biased ? fmt::format(": biased by {:+.1f} %", 100 * first.bias) : "",
-                         recovers);
-    }
-    case Holding::up_to:
-      break;
-  }
-  return fmt::format("fails from {}{} on{}", x_text(x()), unit, recovers);
+  if (threshold->holding == Holding::up_to)
+    return fmt::format("fails from {} on{}", with_unit(x_text(x()), record->unit), recovers);
+  const StressPoint& first = record->points.front();
+  const bool biased = std::abs(first.bias) > std::max(0.01, 3 * first.bias_error) && !record->of_structure;
+  return fmt::format("fails everywhere{}{}", biased ? fmt::format(": biased by {:+.1f} %", 100 * first.bias) : "", recovers);
 }
 
 std::string StressCell::name() const {

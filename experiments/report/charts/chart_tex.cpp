@@ -24,21 +24,12 @@ std::string style_of(const ChartSeries& series) {
   using Draw = ChartSeries::Draw;
   const std::string colour = fmt::format("c{}", series.colour % chart_colours);
   const std::string mark = fmt::format("mark={},mark size=1.5pt", marks[series.marker % chart_markers]);
-  switch (series.draw) {
-    case Draw::line:
-      return fmt::format("{},thick,{},{},mark options={{solid}}", colour, dashes[series.dash % chart_dashes], mark);
-    case Draw::dots:
-      return fmt::format("{},only marks,{}", colour, mark);
-    case Draw::faint:
-      return fmt::format("{},only marks,opacity=0.4,{}", colour, mark);
-    case Draw::stairs:
-      return "black!80,very thick,no marks,const plot";
-    case Draw::guide:
-      return colour + ",thick,densely dotted,no marks";
-    case Draw::context:
-      return "black!22,thin,no marks";
-  }
-  return {};
+  if (series.draw == Draw::stairs) return "black!80,very thick,no marks,const plot";
+  if (series.draw == Draw::context) return "black!22,thin,no marks";
+  if (series.draw == Draw::guide) return colour + ",thick,densely dotted,no marks";
+  if (series.draw == Draw::dots) return fmt::format("{},only marks,{}", colour, mark);
+  if (series.draw == Draw::faint) return fmt::format("{},only marks,opacity=0.4,{}", colour, mark);
+  return fmt::format("{},thick,{},{},mark options={{solid}}", colour, dashes[series.dash % chart_dashes], mark);
 }
 
 bool has_band(const ChartSeries& series) {
