@@ -153,9 +153,7 @@ int judge(const Rendering& r, const Budget& asked, double gone_s, Console& conso
 int render_command(const RenderCommand& command) {
   Console console;
   exit_on_interrupt("\ninterrupted; no image is written\n");
-  const Method integrator{command.integrator, {}, {"--integrator"}};
-  const Method accel = command.accel.empty() ? default_accel() : Method{command.accel, {}, {"--accel"}};
-  Rendering r{command, integrator, accel};
+  Rendering r{{}, command};
   Budget budget = read_options(command, r);
   r.threads = available_threads(command.threads, console);
   warn_of_commit(r, console);

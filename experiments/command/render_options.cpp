@@ -166,28 +166,22 @@ void read_original(const RenderCommand& command, Rendering& r) {
   if (const auto aov = attributes.find("etendue_aov"); aov != attributes.end())
     throw Error(Location{command.from}, fmt::format("shows {}; expected the image itself", aov->second));
   r.recipe = read_recipe(attributes, command.from);
-  r.window = r.recipe->window;
-  r.resolution = r.recipe->resolution;
+  static_cast<Recipe&>(r) = *r.recipe;
   if (const ivec2 size = r.size(); size != r.original.size)
     throw Error(Location{command.from},
                 fmt::format("has {} x {} pixels, and says {} x {}", r.original.size.x, r.original.size.y, size.x, size.y));
-  r.camera = r.recipe->camera;
   r.reading.pixel_filter = r.recipe->pixel_filter;
-  r.integrator = r.recipe->integrator;
-  r.accel = r.recipe->accel;
-  r.resolution = r.recipe->resolution;
-  r.states_error = r.recipe->states_error;
-  if (command.scene.empty()) r.scene = r.recipe->scene;
+  if (!command.scene.empty()) r.scene = command.scene;
 }
 
 // After the options: a cache that is asked for must be the one that the image began with, and none where there was none.
 void check_cache(const Rendering& r) {
-  if (!r.recipe || r.recipe->cache == r.cache_hash) return;
+  if (!r.recipe || r.recipe->cache == r.cache) return;
   if (r.recipe->cache.empty())
     throw Error(Location{"--load-cache"}, fmt::format("{} was begun without a cache; expected none", r.command.from));
   throw Error(Location{r.command.from},
               fmt::format("was begun with a saved cache (hash {}); expected it as --load-cache FILE{}", r.recipe->cache,
-                          r.cache_hash.empty() ? "" : ", and not one with hash " + r.cache_hash));
+                          r.cache.empty() ? "" : ", and not one with hash " + r.cache));
 }
 
 }  // namespace
@@ -195,13 +189,17 @@ void check_cache(const Rendering& r) {
 Budget read_options(const RenderCommand& command, Rendering& r) {
   if (command.scene.empty() && command.from.empty()) throw Error("SCENE is required; see `etendue render --help`");
   r.scene = command.scene;
+  r.integrator = {command.integrator, {}, {"--integrator"}};
+  r.accel = command.accel.empty() ? default_accel() : Method{command.accel, {}, {"--accel"}};
+  r.seed = command.seed.value_or(1);
   r.reading = command.reading;
   r.camera = command.camera;
   if (!command.from.empty()) read_original(command, r);
   read_parameters(command, r.integrator, r.accel);
+  r.cache.clear();
   if (!command.load_cache.empty()) {
     r.cache_to_load = read_cache_bytes(command.load_cache);
-    r.cache_hash = hash_text(r.cache_to_load);
+    r.cache = hash_text(r.cache_to_load);
     complete_from_cache(r.cache_to_load, command.load_cache, r.integrator);
     require_savable(r.integrator, "--load-cache");
   } else if (r.integrator.name.empty()) {
@@ -212,14 +210,13 @@ Budget read_options(const RenderCommand& command, Rendering& r) {
   if (!command.save_cache.empty()) require_savable(r.integrator, "--save-cache");
   check_cache(r);
   r.output = output_path(command, r.scene, r.integrator.name);
-  r.seed = r.recipe ? r.recipe->seed : command.seed.value_or(1);
   if (command.resolution) r.resolution = *command.resolution;
   check_aovs(command, r);
   check_files(command, r);
   if (contains(command.aovs, standard_error_aov)) r.states_error = true;
   Budget budget = read_budget(command);
   if (r.recipe) budget.samples = r.recipe->iterations;
-  r.budget = r.recipe ? r.recipe->budget : budget.text();
+  if (!r.recipe) r.budget = budget.text();
   return budget;
 }
 

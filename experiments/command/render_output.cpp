@@ -28,11 +28,12 @@ void write_image(const Rendering& r, const CellResult& result, const std::string
     write_png(path, image);
     return;
   }
-  auto attributes =
-      recipe_attributes({r.scene, r.scene_hash, result.chosen.value_or(r.integrator), result.chosen_accel.value_or(r.accel),
-                         r.seed, r.resolution, result.checkpoints.back().iterations, r.budget, r.cache_hash, r.states_error,
-                         r.camera, r.reading.pixel_filter, r.window},
-                        make_manifest("", "", r.threads));
+  Recipe made = r;
+  made.integrator = result.chosen.value_or(r.integrator);
+  made.accel = result.chosen_accel.value_or(r.accel);
+  made.iterations = result.checkpoints.back().iterations;
+  made.pixel_filter = r.reading.pixel_filter;
+  auto attributes = recipe_attributes(made, make_manifest("", "", r.threads));
   attributes["etendue_cell"] = CellName{r.scene, r.accel.label(), r.integrator.label(), r.seed}.key();
   if (!aov.empty()) attributes["etendue_aov"] = aov;
   write_exr(path, image, attributes);

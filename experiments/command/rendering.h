@@ -7,7 +7,6 @@
 #include "experiments/report/aov.h"
 #include "experiments/run/recipe.h"
 #include "experiments/run/run_cell.h"
-#include "framework/core/parallel.h"
 #include "framework/image/film.h"
 #include "framework/scene/scene.h"
 
@@ -18,28 +17,20 @@
 
 namespace etendue {
 
-struct Rendering {
+// The recipe is that of its image, as far as it is known before.
+struct Rendering : Recipe {
   const RenderCommand& command;
-  Method integrator, accel;
   CellResult result = {};
-  ivec2 resolution{0};
   int threads = 1;
-  std::uint64_t seed = 1;
-  std::string scene = {};
   std::string output = {};
-  std::string cache_to_load = {}, cache_hash = {};  // bytes of the one to begin with
-  bool states_error = false;
-  std::uint64_t scene_hash = 0;
-  std::string budget = {};
+  std::string cache_to_load = {};     // bytes of the one to begin with
   std::optional<Recipe> recipe = {};  // of the image to repeat,
   Image original = {};                // and itself
   std::optional<bool> repeats = {};   // whether it did, to the bit
   std::string reference = {};         // what the metrics are measured against; "": none
   std::map<std::string, double> metrics = {};
   std::vector<std::string> warnings = {};  // of the scene's reader
-  std::string camera = {};                 // as typed
   SceneReading reading = {};
-  Tile window = {};  // the pixels that are shown; empty: all
   std::string preview_failure = {};
 
   ivec2 size() const { return window.end == ivec2(0) ? resolution : window.end - window.begin; }  // of what is shown
