@@ -10,7 +10,6 @@
 #include "framework/io/load_scene.h"
 
 #include <fmt/format.h>
-#include <sstream>
 
 namespace etendue {
 
@@ -21,18 +20,15 @@ std::vector<Method> choose(const std::string& names) {
   const Location where{"--structures"};
   if (names.empty()) return all_accels(where);
   std::vector<Method> choices;
-  std::istringstream stream(names);
-  for (std::string item; std::getline(stream, item, ',');) {
-    std::istringstream parts(item);
-    Method method{.name = {}, .params = {}, .where = where};
-    std::getline(parts, method.name, ':');
-    for (std::string pair; std::getline(parts, pair, ':');) {
+  for (const std::string& item : split(names, ",")) {
+    const std::vector<std::string> parts = split(item, ":");
+    Method& method = choices.emplace_back(Method{parts[0], {}, where});
+    for (const std::string& pair : std::span(parts).subspan(1)) {
       const std::size_t equals = pair.find('=');
       if (equals == std::string::npos) throw Error(where, "'" + pair + "': expected key=value, as in binned-sah:layout=bvh8");
       method.params[pair.substr(0, equals)] = parse_param_value(pair.substr(equals + 1), where);
     }
     validate_accel(method);
-    choices.push_back(std::move(method));
   }
   return choices;
 }

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <optional>
-#include <sstream>
 
 namespace etendue {
 
@@ -53,8 +52,7 @@ double number_option(const std::string& option, const std::string& text, double 
 std::vector<Isa> isas_option(const std::string& option, const std::string& text) {
   const Location where{option};
   std::vector<Isa> isas;
-  std::istringstream names(text);
-  for (std::string name; std::getline(names, name, ',');) {
+  for (const std::string& name : split(text, ",")) {
     require_name(where, "instruction set", name, std::vector<std::string>(std::begin(isa_options), std::end(isa_options)));
     const Isa isa = isa_of_option(name);
     if (!is_supported(isa))
@@ -71,11 +69,9 @@ ivec2 resolution_option(const std::string& option, const std::string& text) {
 }
 
 Window window_option(const std::string& option, const std::string& text) {
-  std::vector<int> numbers;
-  std::istringstream parts(text);
-  for (std::string part; std::getline(parts, part, ',');)
-    if (const auto number = parse_whole<int>(part); number && *number >= 0 && *number <= 16384) numbers.push_back(*number);
-  if (numbers.size() != 4 || std::ranges::count(text, ',') != 3 || numbers[2] == 0 || numbers[3] == 0)
+  const auto numbers = mapped(split(text, ","), [](const std::string& part) { return parse_whole<int>(part).value_or(-1); });
+  const auto is_out = [](int number) { return number < 0 || number > 16384; };
+  if (numbers.size() != 4 || std::ranges::any_of(numbers, is_out) || numbers[2] == 0 || numbers[3] == 0)
     throw Error(Location{option}, fmt::format("'{}'; expected X,Y,WIDTH,HEIGHT in pixels, such as 40,60,32,32", text));
   return {{numbers[0], numbers[1]}, {numbers[2], numbers[3]}};
 }

@@ -20,15 +20,9 @@ constexpr const char* expected_view =
     "x,y,z and FOV in 0.001 .. 179.9 degrees";
 
 std::optional<vec3> point_of(const std::string& word) {
-  std::vector<float> numbers;
-  std::istringstream parts(word);
-  for (std::string part; std::getline(parts, part, ',');) {
-    const auto number = parse_number(part);
-    if (!number) return std::nullopt;
-    numbers.push_back(static_cast<float>(*number));
-  }
-  if (numbers.size() != 3) return std::nullopt;
-  const vec3 point{numbers[0], numbers[1], numbers[2]};
+  const auto numbers = mapped(split(word, ","), parse_number);
+  if (numbers.size() != 3 || !numbers[0] || !numbers[1] || !numbers[2]) return std::nullopt;
+  const vec3 point(dvec3(*numbers[0], *numbers[1], *numbers[2]));
   return is_finite(point) ? std::optional(point) : std::nullopt;
 }
 

@@ -152,14 +152,9 @@ void apply_override(ConfigNode& root, const std::string& assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) throw Error(origin, "expected key=value, such as budget.time=5s");
   ConfigNode* node = &root;
-  std::string_view path = std::string_view(assignment).substr(0, equals);
-  while (true) {
-    const auto dot = path.find('.');
-    const std::string part(path.substr(0, dot));
+  for (const std::string& part : split(assignment.substr(0, equals), ".")) {
     if (part.empty()) throw Error(origin, "empty part in the key; expected names separated by single dots");
     node = &descend(*node, part, origin);
-    if (dot == std::string_view::npos) break;
-    path.remove_prefix(dot + 1);
   }
   const std::string text = assignment.substr(equals + 1);
   ConfigNode value = parse_override_value(text, origin.file).value_or(ConfigNode{text, origin, origin});

@@ -1,5 +1,7 @@
 #include "experiments/report/report_text.h"
 
+#include "framework/core/lists.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -217,16 +219,13 @@ std::vector<std::string> broken_lines(std::string_view text, std::size_t width, 
 }
 
 std::string wrapped(std::string_view text, std::size_t width) {
-  std::string out;
-  for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
-    end = std::min(text.find('\n', begin), text.size());
-    const std::string_view line = text.substr(begin, end - begin);
-    if (display_width(line) <= width)
-      out += fmt::format("{}\n", line);
-    else
-      out += fmt::format("{}\n", fmt::join(broken_lines(line, width, line.find_first_not_of(' ') + 2), "\n"));
-  }
-  return out;
+  if (text.empty()) return "";
+  if (text.ends_with('\n')) text.remove_suffix(1);
+  const auto broken = [&](const std::string& line) {
+    return display_width(line) <= width ? line + "\n"
+                                        : joined(broken_lines(line, width, line.find_first_not_of(' ') + 2), "\n") + "\n";
+  };
+  return joined(split(text, "\n"), "", broken);
 }
 
 std::string escape_html(std::string_view text) { return html_escaping.of(text); }

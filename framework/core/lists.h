@@ -71,6 +71,15 @@ std::string joined(List&& list, std::string_view separator, const Of& of = {}) {
   return text;
 }
 
+// The parts of a text before, between and behind its separators.
+inline std::vector<std::string> split(std::string_view text, std::string_view separator) {
+  std::vector<std::string> parts;
+  for (std::size_t at; (at = text.find(separator)) != std::string_view::npos; text.remove_prefix(at + separator.size()))
+    parts.emplace_back(text.substr(0, at));
+  parts.emplace_back(text);
+  return parts;
+}
+
 // Throws Error unless the word is one of the names; its text is that of unknown_name, behind `before`.
 inline void require_name(const Location& where, std::string_view kind, std::string_view word,
                          std::span<const std::string> names, std::string_view before = "") {

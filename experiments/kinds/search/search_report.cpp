@@ -373,11 +373,7 @@ std::string search_summary(const RunLog& log) {
   std::string out;
   for (const auto& [set, text] : search_orders(log)) {
     out += set + "\n";
-    for (std::size_t begin = 0; begin < text.size();) {
-      const std::size_t end = std::min(text.find("; ", begin), text.size());
-      out += "  " + text.substr(begin, end - begin) + "\n";
-      begin = end + 2;
-    }
+    for (const std::string& part : split(text, "; ")) out += "  " + part + "\n";
   }
   const Table crossings = search_crossovers_table(log);
   if (!crossings.rows.empty()) out += to_terminal(crossings, 0);

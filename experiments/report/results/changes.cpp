@@ -95,16 +95,6 @@ std::string field(std::string text) {
   return text;
 }
 
-std::vector<std::string> fields_of(std::string_view line) {
-  std::vector<std::string> fields(1);
-  for (const char c : line)
-    if (c == '\t')
-      fields.emplace_back();
-    else
-      fields.back() += c;
-  return fields;
-}
-
 FigureChange read_change(const std::vector<std::string>& fields) {
   FigureChange change{fields.at(0), fields.at(1), fields.at(2)};
   for (std::size_t i = 0; i < change_figures.size(); ++i) change.*change_figures[i] = parse_number(fields.at(3 + i)).value();
@@ -194,9 +184,8 @@ LogChanges read_changes(const std::string& file, std::string_view text) {
   if (body.empty() || text.substr(body.size()) != hash_text(body) + "\n")
     throw Error(Location{file}, "the checksum is wrong, so the text is not as `etendue results` wrote it");
   LogChanges changes;
-  for (std::size_t begin = 0, next; begin < body.size(); begin = next + 1) {
-    next = body.find('\n', begin);
-    const std::vector<std::string> fields = fields_of(body.substr(begin, next - begin));
+  for (const std::string& line : split(body.substr(0, end), "\n")) {
+    const std::vector<std::string> fields = split(line, "\t");
     if (fields[0] != first_word) {
       changes.most.push_back(read_change(fields));
       continue;

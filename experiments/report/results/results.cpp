@@ -17,7 +17,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <set>
-#include <sstream>
 
 namespace etendue {
 
@@ -138,10 +137,11 @@ std::vector<std::string> result_folders(const std::string& root) {
 }
 
 std::string question_of(const std::string& experiment_text) {
-  std::istringstream lines(experiment_text);
   std::string comment;
-  for (std::string line; std::getline(lines, line) && line.starts_with('#');)
+  for (const std::string& line : split(experiment_text, "\n")) {
+    if (!line.starts_with('#')) break;
     comment += line.substr(std::min(line.find_first_not_of("# "), line.size())) + " ";
+  }
   const std::size_t mark = comment.find('?');
   if (mark == std::string::npos) return "";
   const std::size_t before = comment.rfind(". ", mark), begin = before == std::string::npos ? 0 : before + 2;

@@ -35,16 +35,17 @@ std::optional<double> number_in(const std::string& text) {
 std::map<SweepName, SweepScenes> find_sweeps(const ReportData& data) {
   std::map<SweepName, SweepScenes> sweeps;
   for (const SceneData& scene : data.scenes) {
-    const std::string& name = scene.name;
-    for (std::size_t begin = name.find('?'), end; begin < name.size(); begin = end) {
-      end = std::min(name.find(',', begin + 1), name.size());
-      const std::string pair = name.substr(begin + 1, end - begin - 1);
-      const std::size_t equals = pair.find('=');
-      const auto value = equals == std::string::npos ? std::nullopt : number_in(pair.substr(equals + 1));
+    const std::size_t mark = scene.name.find('?');
+    if (mark == std::string::npos) continue;
+    const std::vector<std::string> pairs = split(std::string_view(scene.name).substr(mark + 1), ",");
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const std::size_t equals = pairs[i].find('=');
+      const auto value = equals == std::string::npos ? std::nullopt : number_in(pairs[i].substr(equals + 1));
       if (!value || *value <= 0) continue;
-      std::string family = name.substr(0, begin) + name.substr(end);
-      if (family.size() > begin) family[begin] = name[begin];  // what followed now stands behind the question mark
-      sweeps[{family, pair.substr(0, equals)}][*value] = name;
+      std::vector<std::string> others = pairs;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const std::string family = scene.name.substr(0, mark) + (others.empty() ? "" : "?" + joined(others, ","));
+      sweeps[{family, pairs[i].substr(0, equals)}][*value] = scene.name;
     }
   }
   std::erase_if(sweeps, [](const auto& sweep) { return sweep.second.size() < 3; });
