@@ -137,11 +137,11 @@ struct ProductsRecord {
   static constexpr const char* line_type = "products";
 
   std::string scene, accel, integrator;
-  std::string region;                         // empty: the whole image
-  bool at_checkpoints = false;                // a point for each checkpoint; otherwise one, of the last images
-  std::string images;                         // hash of what names the images and the reference: current_products()
-  std::vector<std::uint64_t> seeds;           // ascending
-  std::vector<std::vector<double>> products;  // of each point: G_ij with i <= j, row by row
+  std::string region;                              // empty: the whole image
+  bool at_checkpoints = false;                     // a point for each checkpoint; otherwise one, of the last images
+  std::string images;                              // hash of what names the images and the reference: current_products()
+  std::vector<std::uint64_t> seeds = {};           // ascending
+  std::vector<std::vector<double>> products = {};  // of each point: G_ij with i <= j, row by row
 };
 
 struct StructureRecord {

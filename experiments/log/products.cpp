@@ -27,8 +27,7 @@ std::vector<CellGroup> configurations_of(const RunLog& log) {
     find_or_add(all, same, {scene, accel, integrator, {}}).cells.push_back(&cell);
   }
   for (CellGroup& configuration : all)
-    std::ranges::sort(configuration.cells,
-                      [](const CellRecord* a, const CellRecord* b) { return a->cell.seed < b->cell.seed; });
+    std::ranges::sort(configuration.cells, {}, [](const CellRecord* cell) { return cell->cell.seed; });
   return all;
 }
 
@@ -123,14 +122,8 @@ std::vector<ProductsRecord> missing_products(const RunLog& log) {
       const auto images = read_images(configuration, *logged, at_checkpoints);
       if (!images) continue;
       for (const Region& region : regions) {
-        ProductsRecord record{configuration.scene,
-                              configuration.accel,
-                              configuration.integrator,
-                              region.name,
-                              at_checkpoints,
-                              images_hash(configuration, *logged),
-                              {},
-                              {}};
+        ProductsRecord record{configuration.scene, configuration.accel, configuration.integrator,
+                              region.name,         at_checkpoints,      images_hash(configuration, *logged)};
         for (const CellRecord* cell : configuration.cells) record.seeds.push_back(cell->cell.seed);
         for (std::size_t point = 0; point < images->points; ++point)
           record.products.push_back(

@@ -224,16 +224,17 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
 
 ReferenceRecord reference_record(const std::string& scene_name, const Scene& scene, const RenderedReference& rendered,
                                  const std::string& file, const FileStamp& stamp) {
+  const bool is_filtered = scene.filter && !rendered.checks.starts_with("none");
+  const std::string filter = is_filtered ? "; pixels are filtered by a " + scene.filter->shape().text() : "";
+  const ivec2 size = rendered.image.size;
   return {scene_name,
           fmt::format("{:016x}", scene.hash()),
           rendered.source,
           file,
-          rendered.checks + (scene.filter && !rendered.checks.starts_with("none")
-                                 ? "; pixels are filtered by a " + scene.filter->shape().text()
-                                 : ""),
+          rendered.checks + filter,
           rendered.mse_floor,
-          rendered.image.size.x,
-          rendered.image.size.y,
+          size.x,
+          size.y,
           stamp,
           scene.warnings,
           rendered.relmse_floor};

@@ -122,13 +122,9 @@ class ClaimsWork final : public RecordWork {
   void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
     const ClaimMeasure& measure = measure_of(cell);
     const Measurement& measurement = *measure.measurement;
-    const MeasureTask task{measure.scenes[cell.scene],
-                           choice_.resolution,
-                           choice_.repetitions,
-                           threads_,
-                           cell.name.seed,
-                           [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); },
-                           reading_};
+    const auto tell = [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); };
+    const MeasureTask task{
+        measure.scenes[cell.scene], choice_.resolution, choice_.repetitions, threads_, cell.name.seed, tell, reading_};
     // What another claim asked of the same scene serves this one as well.
     auto known = results_.find({measurement.name, task.scene});
     if (known == results_.end()) {

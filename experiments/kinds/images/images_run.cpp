@@ -176,8 +176,7 @@ class Execution {
     std::vector<StructureRecord> records;
     with_threads(plan_.threads, [&] { records = compare_structures(scenes_[s]->scene, config_.accels, options, status); });
     std::vector<std::string> lines;
-    for (std::size_t i = 0; i < records.size(); ++i) {
-      StructureRecord& record = records[i];
+    for (StructureRecord& record : records) {
       record.scene = name;
       record.manifest = manifest_.id;
       if (!record.fallback.empty()) warn_once(fmt::format("{}: {}: {}", name, record.structure, record.fallback));
@@ -252,14 +251,14 @@ class Execution {
                   cell.name.seed,
                   loaded.resolution,
                   budget,
-                  plan_.threads,
-                  &loaded.reference.rendered.image,
-                  config_.metrics,
-                  loaded.regions,
-                  wants_images(cell.name),
-                  [&](std::uint64_t iterations, double time_s) {
-                    observer_.cell_progress(budget.progress(iterations, time_s, error), iterations, time_s);
-                  }};
+                  plan_.threads};
+    task.reference = &loaded.reference.rendered.image;
+    task.metrics = config_.metrics;
+    task.regions = loaded.regions;
+    task.keep_images = wants_images(cell.name);
+    task.progress = [&](std::uint64_t iterations, double time_s) {
+      observer_.cell_progress(budget.progress(iterations, time_s, error), iterations, time_s);
+    };
     task.looks_for_left_out = true;
     task.confidence = config_.confidence && loaded.scene.closed_form.has_value();
     if (observer_.watches())

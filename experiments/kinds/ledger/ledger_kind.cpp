@@ -221,17 +221,15 @@ class LedgerWork final : public SceneWork {
     record.reference = reference.rendered.source;
     const SceneNeeds edited_needs = edited ? scene_needs(*edited) : at.needs;
     const Method& switched = record.on || row.edit != nullptr ? row.without.value_or(row.method) : *row.with;
+    const Budget budget = Budget::of_iterations(row.samples);
     const auto render = [&](bool flip, std::uint64_t seed) {
-      return run_cell({flip && edited ? *edited : at.scene,
-                       flip ? edited_needs : at.needs,
-                       flip && row.of_structure ? switched : row.accel,
-                       flip && !row.of_structure ? switched : row.method,
-                       seed,
-                       at.resolution,
-                       Budget::of_iterations(row.samples),
-                       1,
-                       &reference.rendered.image,
-                       {"relmse"}});
+      const Method &accel = flip && row.of_structure ? switched : row.accel,
+                   &method = flip && !row.of_structure ? switched : row.method;
+      CellTask task{
+          flip && edited ? *edited : at.scene, flip ? edited_needs : at.needs, accel, method, seed, at.resolution, budget};
+      task.reference = &reference.rendered.image;
+      task.metrics = {"relmse"};
+      return run_cell(task);
     };
     for (std::size_t i = 0; i < plan_.config.seeds.size(); ++i) {
       const std::uint64_t seed = plan_.config.seeds[i];

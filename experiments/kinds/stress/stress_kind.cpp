@@ -278,11 +278,8 @@ class StressKind final : public RecordKind<StressRecord, StressWork> {
     for (std::size_t i = 0; i < hazards.size(); ++i)
       for (std::size_t t = 0; t < hazards[i].trials.size(); ++t) {
         const StressTrial& trial = hazards[i].trials[t];
-        cells.push_back({i,
-                         0,
-                         t,
-                         {with_variable(trial.scene, hazards[i].range.from), fmt::format("stress-{:02}", hazards[i].id),
-                          trial_name(trial), 1}});
+        const std::string scene = with_variable(trial.scene, hazards[i].range.from);
+        cells.push_back({i, 0, t, {scene, fmt::format("stress-{:02}", hazards[i].id), trial_name(trial), 1}});
       }
     return cells;
   }
