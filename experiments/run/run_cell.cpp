@@ -104,16 +104,8 @@ class CellRunner {
     }
     const auto& entry = find_integrator(task_.integrator.name, task_.integrator.where);
     const auto integrator = entry.make(task_.integrator.params);
-    RenderContext context{
-        task_.scene,
-        task_.needs,
-        sampled_ ? *sampled_ : *rays,
-        *lights,
-        task_.seed,
-        task_.resolution,
-        phases_,
-        [](const std::string& name) { return find_point_structure(name, {}).make(); },
-        [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }};
+    const RayQuery& asked = sampled_ ? *sampled_ : *rays;
+    RenderContext context = context_of(task_.scene, task_.needs, asked, *lights, task_.seed, task_.resolution, phases_);
     context.states_error = task_.confidence;
     context.effort = effort();
     context.window = task_.window;
@@ -270,6 +262,15 @@ class CellRunner {
 };
 
 }  // namespace
+
+RenderContext context_of(const Scene& scene, const SceneNeeds& needs, const RayQuery& rays, LightSampler& lights,
+                         std::uint64_t seed, ivec2 resolution, PhaseTimes& phases) {
+  const auto points = [](const std::string& name) { return find_point_structure(name, {}).make(); };
+  const auto records = [](const std::string& name, const Bounds& bounds) {
+    return find_record_structure(name, {}).make(bounds);
+  };
+  return {scene, needs, rays, lights, seed, resolution, phases, points, records};
+}
 
 MethodChoice structure_for(const Scene& scene, ivec2 resolution, const Effort& effort) {
   constexpr PilotFindings usual{.path_error = 10, .rays_per_path = 6};  // no ray can be traced yet to find out

@@ -65,6 +65,10 @@ struct CellResult {
   std::vector<Image> checkpoint_images;        // where they are to be kept
 };
 
+// A context whose structures are those of accel/registry.h. Everything must outlive it.
+RenderContext context_of(const Scene& scene, const SceneNeeds& needs, const RayQuery& rays, LightSampler& lights,
+                         std::uint64_t seed, ivec2 resolution, PhaseTimes& phases);
+
 // What a method is told of a budget.
 Effort effort_of(const Budget& budget);
 // The ray structure that suits the rays which an effort lets a method trace.

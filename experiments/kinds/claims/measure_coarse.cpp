@@ -13,6 +13,7 @@
 // the figures.
 //
 // A level has neither vertex normals nor texture coordinates, so that textured scenes are measured for their time at most.
+#include "accel/registry.h"
 #include "accel/thirdparty/collapse.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/structures/stage.h"

@@ -3,10 +3,10 @@
 // Directions: a path tracer over diffuse surfaces alone, that draws them uniformly over the hemisphere (density 1 / 2 pi) or by
 // the cosine (density cos / pi). Both are unbiased, so that variance times time is the whole story, and no reference is needed.
 // Caches are the product's integrators, run within the harness's own budget loop.
+#include "accel/registry.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/structures/stage.h"
 #include "experiments/run/reference.h"
-#include "experiments/run/run_cell.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/sampling.h"
 #include "framework/transport/direct_light.h"
@@ -116,10 +116,7 @@ void measure_directions(Trial& t) {
 // --- caches ---
 
 std::uint64_t rays_of(const CheckpointRecord& record) {
-  std::uint64_t sum = 0;
-  for (const char* counter : {"rays", "shadow_rays"})
-    if (const auto found = record.counters.find(counter); found != record.counters.end()) sum += found->second;
-  return sum;
+  return find_value(record.counters, "rays").value_or(0) + find_value(record.counters, "shadow_rays").value_or(0);
 }
 
 // Error against time, or against the rays asked for.

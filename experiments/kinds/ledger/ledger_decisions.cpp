@@ -1,8 +1,8 @@
 #include "experiments/kinds/ledger/ledger_decisions.h"
 
+#include "accel/registry.h"
 #include "experiments/kinds/second_level.h"
 #include "experiments/kinds/structures/stage.h"
-#include "experiments/run/run_cell.h"
 #include "integrators/paths/path_choices.h"
 #include "integrators/pilot/caustic_need.h"
 

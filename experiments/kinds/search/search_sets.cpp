@@ -1,5 +1,6 @@
 #include "experiments/kinds/search/search_sets.h"
 
+#include "accel/registry.h"
 #include "experiments/kinds/structures/stage.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampler.h"

@@ -1,8 +1,7 @@
 // A scene with all that an integrator, or a part of one, needs to work on it without the harness.
 #pragma once
 
-#include "accel/registry.h"
-#include "framework/integrator.h"
+#include "experiments/run/run_cell.h"
 
 namespace etendue {
 
@@ -12,15 +11,7 @@ class Stage {
   Stage(const Scene& scene, const RayQuery& rays, ivec2 resolution, std::uint64_t seed)
       : needs_(scene_needs(scene)),
         lights_(scene),
-        context_{scene,
-                 needs_,
-                 rays,
-                 lights_,
-                 seed,
-                 resolution,
-                 phases_,
-                 [](const std::string& name) { return find_point_structure(name, {}).make(); },
-                 [](const std::string& name, const Bounds& bounds) { return find_record_structure(name, {}).make(bounds); }} {}
+        context_(context_of(scene, needs_, rays, lights_, seed, resolution, phases_)) {}
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
