@@ -71,8 +71,7 @@ Table elsewhere_table(const ReportData& data) {
   table.column("scene", "scene", [](const ElsewhereRow& row) { return row.scene->name; });
   table.column("program", "program", text(&ElsewhereFigure::program));
   table.column("method", "method", text(&ElsewhereFigure::method));
-  table.column("time_s", "time",
-               [](const ElsewhereRow& row) { return TableCell(row.figure->time_s, format_seconds(row.figure->time_s)); });
+  table.column("time_s", "time", [](const ElsewhereRow& row) { return TableCell(row.figure->time_s, format_seconds); });
   table.column("metric", "metric", text(&ElsewhereFigure::metric));
   table.column("error", "error", [](const ElsewhereRow& row) { return row.figure->error; });
   table.column("best", "best here then", [&](const ElsewhereRow& row) { return row.best ? label(data, *row.best) : ""; });
@@ -115,7 +114,7 @@ Table expectations_table(const ReportData& data) {
   table.column("integrator", "integrator", [](const Statement& s) { return s.cell->cell.integrator; });
   table.column("declared_bias", "bias", [](const Statement& s) { return s.cell->bias; });
   table.column("declared_mse_exponent", "exponent of MSE",
-               [](const Statement& s) { return TableCell(s.cell->mse_exponent, format_short(s.cell->mse_exponent)); });
+               [](const Statement& s) { return TableCell(s.cell->mse_exponent, format_short); });
   table.column("note", "note", [](const Statement& s) { return s.cell->note; });
   const auto names = [](const Statement& s) { return joined(s.scenes, ", "); };
   const auto shown = [&](const Statement& s) {

@@ -110,7 +110,7 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
 Table contests_table(const ReportData& data, const std::vector<Contest>& contests) {
   TableOf<Contest> table("regret", "Error over the least of all methods, by scene and time", contests);
   table.column("scene", "scene", [](const Contest& c) { return c.scene->name; });
-  table.column("time_s", "at time", [](const Contest& c) { return TableCell(c.time_s, format_seconds(c.time_s)); });
+  table.column("time_s", "at time", [](const Contest& c) { return TableCell(c.time_s, format_seconds); });
   table.column("best", "best", [](const Contest& c) { return NameCell(c.best->shown_integrator, c.best->integrator); });
   table.column("least_error", "its error", [](const Contest& c) { return c.errors.at(c.best); });
   table.column("chosen", "chosen", [](const Contest& c) { return choices_of(*c.chosen); });

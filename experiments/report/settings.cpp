@@ -83,8 +83,7 @@ Table settings_table(const ReportData& data, const std::vector<MethodSettings>& 
   table.column("method", "method", [](const MethodSettings& m) { return method_of(*m.defaults); });
   table.column("settings", "settings", [](const MethodSettings& m) { return m.settings.size(); });
   table.column("worst", "at worst", [](const MethodSettings& m) { return times_cell(m.worst().ratio); });
-  table.column("worst_time_s", "at",
-               [](const MethodSettings& m) { return TableCell(m.worst().time_s, format_seconds(m.worst().time_s)); });
+  table.column("worst_time_s", "at", [](const MethodSettings& m) { return TableCell(m.worst().time_s, format_seconds); });
   table.column("best_there", "best there",
                [](const MethodSettings& m) { return NameCell(m.worst().best->shown_integrator, m.worst().best->integrator); });
   table.column("at_end", "at the end", [](const MethodSettings& m) { return times_cell(m.shortfalls.back().ratio); });

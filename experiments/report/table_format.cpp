@@ -2,6 +2,7 @@
 
 #include "experiments/report/report_text.h"
 #include "framework/core/check.h"
+#include "framework/core/lists.h"
 
 #include <fmt/format.h>
 
@@ -102,6 +103,10 @@ TableCell times_cell(double factor) {
 
 TableCell TableCell::interval(double value, double low, double high) {
   return {value, fmt::format("{} ({})", format_figure(value), format_interval(low, high))};
+}
+
+TableCell TableCell::positive(double value, std::string (*format)(double)) {
+  return value > 0 ? TableCell(value, format) : TableCell();
 }
 
 std::vector<std::size_t> visible_columns(const Table& table, std::size_t group) {
@@ -209,13 +214,12 @@ std::string table_html(const Table& table, const std::string& csv) {
     }
     out += "</tr>\n";
   }
-  out += "</tbody></table></div>\n";
-  if (!table.notes.empty()) {
-    out += "<ul class=\"notes\">";
-    for (const std::string& note : table.notes) out += "<li>" + escape_html(note) + "</li>";
-    out += "</ul>";
-  }
-  return out;
+  return out + "</tbody></table></div>\n" + notes_html(table.notes);
+}
+
+std::string notes_html(const std::vector<std::string>& notes) {
+  const auto item = [](const std::string& note) { return "<li>" + escape_html(note) + "</li>"; };
+  return notes.empty() ? "" : "<ul class=\"notes\">" + joined(notes, "", item) + "</ul>";
 }
 
 void add_column(Table& table, std::string&& key, std::string&& title, bool right, Audience audience, std::size_t group) {

@@ -26,11 +26,13 @@ struct TableCell {
   TableCell(const char* words) : TableCell(std::string(words)) {}
   TableCell(double value);  // with three significant digits
   TableCell(double value, std::string shown);
+  TableCell(double value, std::string (*format)(double)) : TableCell(value, format(value)) {}
   TableCell(std::integral auto count) : TableCell(static_cast<double>(count), std::to_string(count)) { raw = text; }
   template <class Value>
   TableCell(const std::optional<Value>& value) : TableCell(value ? TableCell(*value) : TableCell()) {}
 
-  static TableCell interval(double value, double low, double high);  // "1.2e-3 (1e-3–1.4e-3)"
+  static TableCell interval(double value, double low, double high);        // "1.2e-3 (1e-3–1.4e-3)"
+  static TableCell positive(double value, std::string (*format)(double));  // nothing unless it is above zero
 };
 
 // How many times the least error an error is, "1.23x"; infinite: there was no image to have one.
@@ -63,6 +65,7 @@ std::string to_tex(const Table& table);  // one `table` environment a group; nee
 // `csv` is a link to the same for programs, "": none.
 std::string to_html(const Table& table, const std::string& csv = "");
 std::string table_html(const Table& table, const std::string& csv = "");  // what the <figure> of to_html holds
+std::string notes_html(const std::vector<std::string>& notes);            // a list; "" where there are none
 // Writes the columns of group 0 and the chosen one without rules, for the end of a run. What is wider than 100 columns is made
 // narrower, step by step until it fits: headings take several lines, what is the same in all rows is said once above them
 // (columns, then parameters within a name), and names take several lines. What fits by none of these has a block for each row,

@@ -44,10 +44,8 @@ std::vector<double> last_values(const Configuration& configuration, const Value&
 }
 
 TableCell median_cell(const std::vector<double>& values, Format format = format_figure) {
-  return values.empty() ? TableCell() : TableCell(median(values), format(median(values)));
+  return values.empty() ? TableCell() : TableCell(median(values), format);
 }
-
-TableCell positive(double value, Format format) { return value > 0 ? TableCell(value, format(value)) : TableCell(); }
 
 // --- final ---
 
@@ -154,12 +152,12 @@ void add_equal_time(FinalTable& table, const ReportData& data) {
   table.group("Error at equal time");
   table.column("seeds", "seeds", [](const FinalRow& row) { return row.configuration->replicates.size(); });
   table.column("common_time_s", "at time",
-               [](const FinalRow& row) { return positive(row.scene->common_time_s, format_seconds); });
+               [](const FinalRow& row) { return TableCell::positive(row.scene->common_time_s, format_seconds); });
   table.parts(metric + " then", {then + "mean", then + "low", then + "high", then + "interval"}, error_then);
   table.parts("p against the first", {"rank_p", "rank_share"}, compared);
   table.column("efficiency_per_s", "1/(relmse·time)", efficiency);
   table.column("target_" + metric, "target",
-               [](const FinalRow& row) { return positive(row.scene->target_error, format_short); });
+               [](const FinalRow& row) { return TableCell::positive(row.scene->target_error, format_short); });
   table.parts("time to target", {"time_to_target_s", "time_to_target_censoring", "time_to_target_arrived"}, time_to_target);
   table.parts("95 % by", {"time_to_target_p95_s", "time_to_target_p95_censoring"}, late_time_to_target);
 }
@@ -212,10 +210,8 @@ Cells squared_bias(const FinalRow& row) {
 void add_theory(FinalTable& table) {
   table.group("Theory and measurement");
   table.column("declared_bias", "declared", [](const FinalRow& row) { return row.configuration->any_cell()->bias; });
-  table.column("declared_mse_exponent", "exponent", [](const FinalRow& row) {
-    const double exponent = row.configuration->any_cell()->mse_exponent;
-    return TableCell(exponent, format_short(exponent));
-  });
+  table.column("declared_mse_exponent", "exponent",
+               [](const FinalRow& row) { return TableCell(row.configuration->any_cell()->mse_exponent, format_short); });
   table.parts("measured", {"measured_mse_exponent", "measured_low", "measured_high", "fit_metric", "fit_from", "fit_to"},
               fitted_exponent);
   table.parts("over iterations", {}, [](const FinalRow& row) -> Cells {
@@ -295,7 +291,7 @@ Table phases_table(const ReportData& data) {
   ConfigurationTable table("phases", "Where the time went", data.finished());
   add_names(table, data, itself);
   const auto total = [](const Configuration* c) { return last_median(c, &CheckpointRecord::time_s); };
-  table.column("time_s", "time", [&](const Configuration* c) { return TableCell(total(c), format_seconds(total(c))); });
+  table.column("time_s", "time", [&](const Configuration* c) { return TableCell(total(c), format_seconds); });
   for (const std::string& phase : data.phases)
     table.column(phase + "_s", phase, [&](const Configuration* c) {
       const double time = last_median(c, [&](const CheckpointRecord& r) { return find_value(r.phases_s, phase).value_or(0); });

@@ -143,8 +143,8 @@ Table animations_table(const RunLog& log) {
   std::vector<Row> rows;
   for (const AnimationData& animation : animations)
     for (std::size_t p = 0; p < animation.policy_count(); ++p) rows.push_back({&animation, p});
-  const auto time = [](double s) { return TableCell(s, format_seconds(s)); };
-  const auto ratio = [](double x) { return x > 0 ? TableCell(x, times(x)) : TableCell(); };
+  const auto time = [](double s) { return TableCell(s, format_seconds); };
+  const auto ratio = [](double x) { return TableCell::positive(x, times); };
   TableOf<Row> table("animations", "Change over time", rows);
   table.column("scene", "scene", [](const Row& row) { return row.animation->scene; });
   table.column("motion", "motion", [](const Row& row) { return row.animation->motion; });

@@ -44,8 +44,6 @@ const Throughput* first_of(const std::vector<ThroughputRow>& rows, const Through
   return nullptr;
 }
 
-TableCell rate(const Measured& m) { return m.median > 0 ? TableCell(m.median, format_count(m.median)) : TableCell(); }
-
 std::string shares_text(const Throughput& figures) {
   std::vector<std::pair<double, std::string>> order;
   for (const auto& [phase, share] : figures.shares)
@@ -93,7 +91,8 @@ Table newest_table(const RunLog& log) {
   table.data("commit", [](const ThroughputRow& r) { return r.record->commit(); });
   table.group("Rates");
   const auto column = [&](const std::string& key, const char* title, Measured Throughput::*figure) {
-    table.column(key, title, [=](const ThroughputRow& r) { return rate(r.figures->*figure); });
+    table.column(key, title,
+                 [=](const ThroughputRow& r) { return TableCell::positive((r.figures->*figure).median, format_count); });
     const auto end = [&](const char* suffix, double Measured::*part) {
       table.data(key + suffix, [=](const ThroughputRow& r) { return TableCell((r.figures->*figure).*part); });
     };
@@ -107,8 +106,8 @@ Table newest_table(const RunLog& log) {
   table.column("over_first", "over first", [&](const ThroughputRow& r) {
     const Throughput* first = first_of(all, r);
     if (first == nullptr) return TableCell();
-    return TableCell(r.figures->samples_per_s.median / first->samples_per_s.median,
-                     fmt::format("{:.2f}", r.figures->samples_per_s.median / first->samples_per_s.median));
+    const double factor = r.figures->samples_per_s.median / first->samples_per_s.median;
+    return TableCell(factor, fmt::format("{:.2f}", factor));
   });
   table.group("Share of time by phase");
   table.column("phases", "phases", [](const ThroughputRow& r) { return shares_text(*r.figures); });

@@ -162,11 +162,7 @@ std::string stage_html(const Figure& figure) {
   std::string out = fmt::format("<figcaption>{}</figcaption><div class=\"panels\">", escape_html(figure.title));
   for (const Chart& panel : figure.panels) out += inline_svg(panel, figure.panels.size() > 1);
   if (!figure.drawing.svg.empty()) out += inline_svg(figure.drawing, figure.title);
-  out += "</div>";
-  if (figure.notes.empty()) return out;
-  out += "<ul class=\"notes\">";
-  for (const std::string& note : figure.notes) out += "<li>" + escape_html(note) + "</li>";
-  return out + "</ul>";
+  return out + "</div>" + notes_html(figure.notes);
 }
 
 std::string legend_html(const Figure& figure) {

@@ -16,10 +16,6 @@ using Cells = std::vector<TableCell>;
 using Format = std::string (*)(double);
 using Test = bool (*)(const StructureRecord&);
 
-TableCell figure(double value, Format format = format_figure) {
-  return value == 0 ? TableCell() : TableCell(value, format(value));
-}
-
 // How far the farther quartile lies from the median, in percent; a single repetition has no spread.
 std::string spread_text(const Measured& measured) {
   const double spread = std::max(measured.high - measured.median, measured.median - measured.low) / measured.median;
@@ -36,16 +32,17 @@ class StructureTable : public TableOf<StructureRecord> {
 
   // Adds a number of the record, which has no cell where it is 0.
   void number(const char* key, const char* title, auto StructureRecord::*member, Format format = format_figure) {
-    column(key, title, [=](const StructureRecord& r) { return figure(static_cast<double>(r.*member), format); });
+    column(key, title, [=](const StructureRecord& r) { return TableCell::positive(static_cast<double>(r.*member), format); });
   }
 
   // A reader's "median ±spread", a program's three columns. get(record) is a Measured.
   void measured(const std::string& key, const std::string& title, Format format, const auto& get) {
     parts(title, {key, key + "_low", key + "_high"}, [&](const StructureRecord& r) -> Cells {
       const Measured& m = std::invoke(get, r);
-      TableCell text = figure(m.median, format);
+      const auto cell = [&](double value) { return TableCell::positive(value, format); };
+      TableCell text = cell(m.median);
       if (m.median != 0) text.text += spread_text(m);
-      return {text, figure(m.median, format), figure(m.low, format), figure(m.high, format)};
+      return {text, cell(m.median), cell(m.low), cell(m.high)};
     });
   }
 
@@ -101,7 +98,8 @@ Table structures_table(const ReportData& data) {
     table.measured("parallel_build_s", threads_title(*data.log), format_seconds, &StructureRecord::parallel_build_s);
   table.number("bytes", "memory", &StructureRecord::bytes, format_bytes);
   table.column("bytes_per_triangle", "bytes/triangle", [](const StructureRecord& r) {
-    return figure(r.triangles > 0 ? static_cast<double>(r.bytes) / static_cast<double>(r.triangles) : 0);
+    const double each = r.triangles > 0 ? static_cast<double>(r.bytes) / static_cast<double>(r.triangles) : 0;
+    return TableCell::positive(each, format_figure);
   });
 
   table.group("Tree and work");
