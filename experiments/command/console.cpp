@@ -175,12 +175,11 @@ void ConsoleRunObserver::cell_finished(const CellRecord& cell, const CheckpointR
     console_.line(head + console_.red("failed: ") + cell.error);
     return;
   }
-  const auto error = last->metrics.find("relmse");
+  const auto error = find_value(last->metrics, "relmse");
   if (console_.interactive())
     draw(1, "");
   else
-    console_.line(fmt::format("{}{}{}, {}", head,
-                              error == last->metrics.end() ? "" : fmt::format("relmse {:.3g}, ", error->second),
+    console_.line(fmt::format("{}{}{}, {}", head, error ? fmt::format("relmse {:.3g}, ", *error) : "",
                               counted(last->iterations, "iteration"), format_seconds(last->time_s)));
 }
 

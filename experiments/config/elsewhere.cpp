@@ -11,13 +11,15 @@ namespace {
 
 ElsewhereFigure read_figure(const ConfigNode& node) {
   TableReader reader(node, "elsewhere", "tables { scene, program, method, time, error, … }");
-  ElsewhereFigure figure;
-  figure.scene = reader.needed_text("scene");
-  figure.program = reader.needed_text("program");
-  figure.method = reader.needed_text("method");
-  figure.machine = reader.needed_text("machine");
-  figure.date = reader.needed_text("date");
-  figure.source = reader.needed_text("source");
+  using Figure = ElsewhereFigure;
+  Figure figure;
+  for (const auto& [key, text] : {std::pair{"scene", &Figure::scene},
+                                  {"program", &Figure::program},
+                                  {"method", &Figure::method},
+                                  {"machine", &Figure::machine},
+                                  {"date", &Figure::date},
+                                  {"source", &Figure::source}})
+    figure.*text = reader.needed_text(key);
   figure.time_s = read_duration(reader.need("time"), "elsewhere.time");
   figure.error = read_number(reader.need("error"), "elsewhere.error", 0, 1e30);
   if (const ConfigNode* metric = reader.find("metric")) {

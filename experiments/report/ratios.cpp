@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 namespace etendue {
 
@@ -64,25 +63,20 @@ FoundRatio find_ratio(const Prediction& prediction, const SceneData& scene, cons
 class ShortNames {
  public:
   explicit ShortNames(const std::vector<FoundRatio>& ratios) {
+    if (!ratios.empty()) common_ = words_of(ratios.front().method);
     for (const FoundRatio& ratio : ratios)
-      for (const std::string* label : {&ratio.method, &ratio.over}) {
-        const auto words = words_of(*label);
-        const std::set<std::string> present(words.begin(), words.end());
-        if (common_.empty() && !any_) common_ = present;
-        std::erase_if(common_, [&](const std::string& word) { return !present.contains(word); });
-        any_ = true;
-      }
+      for (const std::string& label : {ratio.method, ratio.over})
+        std::erase_if(common_, [words = words_of(label)](const std::string& word) { return !contains(words, word); });
   }
 
   std::string of(const std::string& label) const {
     std::vector<std::string> words = words_of(label);
-    std::erase_if(words, [&](const std::string& word) { return common_.contains(word); });
+    std::erase_if(words, [&](const std::string& word) { return contains(common_, word); });
     return words.empty() ? label : joined(words, " ");
   }
 
  private:
-  std::set<std::string> common_;
-  bool any_ = false;
+  std::vector<std::string> common_;
 };
 
 // A value is a figure of its source's own images: of ours it says which of the two methods is better.

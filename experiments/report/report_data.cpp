@@ -32,8 +32,7 @@ double held_until(const Replicate& replicate, const std::string& metric) {
   return replicate.last()->metrics.contains(metric) ? replicate.held_s : 0;
 }
 
-// The metric of the image that a run has at a time, which is that of its last whole iteration. Between checkpoints iterations
-// are taken as equally long, and the metric as linear over them on log-log axes.
+// Of one replicate what estimate_at gives of all.
 std::optional<double> value_then(const Replicate& replicate, const std::string& metric, double time_s) {
   constexpr double slack = 1e-9;  // an average of equal times may differ from them in its last bits
   std::vector<const CheckpointRecord*> checkpoints = replicate.checkpoints;
@@ -161,17 +160,15 @@ ReportData arrange(const RunLog& log) {
     }
     ++data.done;
     if (found == checkpoints.end()) continue;
-    std::ranges::stable_sort(found->second, [](const auto* a, const auto* b) { return a->iterations < b->iterations; });
+    std::ranges::stable_sort(found->second, {}, &CheckpointRecord::iterations);
     const double held_s = budgets[found->second.back()->manifest];
     configuration.replicates.push_back({cell.cell.seed, &cell, std::move(found->second), held_s});
   }
   for (const StructureRecord& record : log.structures) scene_of(data, record.scene);
   for (SceneData& scene : data.scenes) {
-    for (const ReferenceRecord& record : log.references)
-      if (record.scene == scene.name) scene.reference = &record;
+    scene.reference = log.reference(scene.name);
     for (Configuration& configuration : scene.configurations) {
-      std::ranges::stable_sort(configuration.replicates,
-                               [](const Replicate& a, const Replicate& b) { return a.seed < b.seed; });
+      std::ranges::stable_sort(configuration.replicates, {}, &Replicate::seed);
       data.most_seeds = std::max(data.most_seeds, configuration.replicates.size());
     }
     if (!data.empty()) set_common_time(scene, data.main_metric(), data.is_signed(data.main_metric()));

@@ -50,7 +50,7 @@ namespace {
 Image side_by_side(const std::vector<const Image*>& images) {
   const ivec2 size = images.front()->size;
   std::vector<double> values;
-  for (const dvec3& pixel : images.front()->pixels) values.push_back(std::max(pixel.x, std::max(pixel.y, pixel.z)));
+  for (const dvec3& pixel : images.front()->pixels) values.push_back(std::max({pixel.x, pixel.y, pixel.z}));
   const double bright = quantile(values, 0.99), exposure = bright > 0 ? 0.85 / bright : 1;
   constexpr int gap = 2;
   const int count = static_cast<int>(images.size());
@@ -92,10 +92,8 @@ std::string render_command(const std::string& scene, const Method& method, ivec2
 }
 
 void note_first_sane(const CellResult& result, StressPoint& point) {
-  const auto found = std::ranges::find_if(result.checkpoints, [](const CheckpointRecord& c) {
-    const auto relmse = c.metrics.find("relmse");
-    return relmse != c.metrics.end() && relmse->second < sane_relmse;
-  });
+  const auto found = std::ranges::find_if(
+      result.checkpoints, [](const CheckpointRecord& c) { return find_value(c.metrics, "relmse").value_or(1) < sane_relmse; });
   const bool any = found != result.checkpoints.end();
   const CheckpointRecord& at = any ? *found : result.checkpoints.back();
   point.sane_iterations.push_back((any ? 1 : -1) * static_cast<double>(at.iterations));

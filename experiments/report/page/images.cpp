@@ -128,6 +128,10 @@ class PixelStore {
     place_.write_beside(file, fmt::format("pixelData(\"{}\", \"{}\")\n", file, text));
     return {{}, file};
   }
+  // Of what was encoded for the page.
+  void settle(PixelText& text, const std::string& name) {
+    if (!text.in_page.empty()) text = store(std::move(text.in_page), name);
+  }
   std::string link(const std::string& path) const {
     return fs::path(path)
         .lexically_relative(place_.directory.empty() ? fs::path() : fs::path(place_.directory).lexically_normal())
@@ -218,20 +222,16 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore
   const Image* perceived = reference && contains(data.metrics, "flip") ? &*reference : nullptr;
   if (perceived != nullptr) result.ranges["flip"] = {0, 1};
 
-  struct Encoded {
-    std::string thumbnail, pixels, difference;
-    double difference_unit = 1;
-    std::string flip = {};
-  };
-  std::vector<Encoded> encoded(images.size());
+  std::vector<PageImage> encoded(images.size());
   parallel_for(images.size(), 1, [&](std::size_t i) {
     if (!images[i]) return;
-    encoded[i] = {thumbnail(*images[i], result.white), encode_halves(images[i]->pixels, result.size, result.unit), "", 1};
-    if (perceived != nullptr) encoded[i].flip = encode_flip(*images[i], *perceived);
+    encoded[i].thumbnail = thumbnail(*images[i], result.white);
+    encoded[i].pixels.in_page = encode_halves(images[i]->pixels, result.size, result.unit);
+    if (perceived != nullptr) encoded[i].flip.in_page = encode_flip(*images[i], *perceived);
     if (!reference || !loses_difference(*images[i], *reference, result.unit)) return;
     const std::vector<dvec3> values = differences(*images[i], *reference);
     encoded[i].difference_unit = difference_unit_of(values);
-    encoded[i].difference = encode_halves(values, result.size, encoded[i].difference_unit);
+    encoded[i].difference.in_page = encode_halves(values, result.size, encoded[i].difference_unit);
   });
   const auto name = [&](std::size_t i) { return fmt::format("{}-{}", scene.file_stem, i); };
   if (reference) {
@@ -243,14 +243,13 @@ SceneImages images_of(const ReportData& data, const SceneData& scene, PixelStore
   for (std::size_t i = 0; i < images.size(); ++i) {
     if (!images[i]) continue;
     const auto& [configuration, replicate] = sources[i];
-    PageImage& image =
-        result.images.emplace_back(PageImage{configuration->short_integrator, detail_of(data, sources[i]), configuration});
-    image.thumbnail = std::move(encoded[i].thumbnail);
-    image.pixels = store.store(std::move(encoded[i].pixels), name(i));
-    if (!encoded[i].difference.empty())
-      image.difference = store.store(std::move(encoded[i].difference), name(i) + "-difference");
-    image.difference_unit = encoded[i].difference_unit;
-    if (!encoded[i].flip.empty()) image.flip = store.store(std::move(encoded[i].flip), name(i) + "-flip");
+    PageImage& image = result.images.emplace_back(std::move(encoded[i]));
+    image.label = configuration->short_integrator;
+    image.detail = detail_of(data, sources[i]);
+    image.configuration = configuration;
+    store.settle(image.pixels, name(i));
+    store.settle(image.difference, name(i) + "-difference");
+    store.settle(image.flip, name(i) + "-flip");
     image.exr = store.link(replicate->cell->image);
     image.relmse = find_value(replicate->last()->metrics, "relmse");
     add_frames(image, sources[i], result, perceived, name(i), store);
