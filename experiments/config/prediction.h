@@ -1,22 +1,7 @@
 // What an experiment predicts of the errors in its images before it runs, whose theory or figure that is, and of which cells:
-//
-//   [[predictions]]
-//   method = "photon-map final_gather=4"    # of this name, with these parameters among those the experiment sets
-//   scene  = "builtin:edge"                 # default: every scene (that has the region)
-//   region = "smooth"                       # default: the whole image
-//   source = "[Knaus2011] section 5"        # whose theory
-//   expect = { exponent = "-2/3" }          # the e of A x^e, at which the error falls
-//   metric = "mse"                          # mse | rmse | bias2 | variance; the last two need two seeds and their images
-//   x      = "iterations"                   # iterations | time | a counter ("records", "photons_emitted", …)
-//                                           # "records" are those that lie in the region, where a cache tells where they are
-//   points = "checkpoints"                  # of each run; or "configurations": one from each run's end, all methods together
-//   from   = 1000, to = 1e5                 # the window of x that is fitted; default: all
-//   model  = "power"                        # A x^e; or "plateau": A x^e + P
-//
-// or, of the ratio of two methods' errors at the end of their runs, where each method that `method` selects is a row:
-//
-//   over   = "irradiance-cache metric=tabellion records=1000"   # likewise, but one method alone
-//   expect = { ratio = 4.1 }                                    # RMSE of the one over that of the other; default: none
+// [[predictions]] (docs/experiment-file.md has the keys). It is the exponent at which an error falls over x (where that is
+// "records", over those that lie in the region, where a cache tells where they are), or the ratio of two methods' RMSE at the
+// end of their runs.
 //
 // The log keeps predictions and their regions in one line. The last such line counts, so that a window can be moved without
 // running anything again.

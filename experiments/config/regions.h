@@ -1,13 +1,6 @@
-// Parts of a scene's image that are judged by themselves: theory gives a smooth wall, an edge and a caustic's fold different
-// rates.
-//
-//   [[regions]]
-//   name    = "edge"
-//   scene   = "builtin:edge"                  # default: every scene of the experiment
-//   from    = [0.4, 0.2], to = [0.6, 0.8]     # a rectangle in fractions of the image, from its upper left corner
-//   polygon = [[0.4, 0.2], [0.6, 0.2], …]     # or a polygon, inside by the even-odd rule
-//
-// A pixel belongs to a region if its centre does.
+// Parts of a scene's image that are judged by themselves, [[regions]] (docs/experiment-file.md has the keys): theory gives a
+// smooth wall, an edge and a caustic's fold different rates. A pixel belongs to a region if its centre does, by the even-odd
+// rule.
 #pragma once
 
 #include "experiments/config/config_tree.h"

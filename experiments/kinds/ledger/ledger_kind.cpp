@@ -4,16 +4,7 @@
 // The program's own decision and its opposite are rendered by turns, seed by seed, with the same number of iterations and the
 // same seeds, on one thread; what counts is the time of the processor, so that other work on the machine matters little.
 //
-// The rows of [[ledger]] are components of the program, and how each is switched:
-//
-//   component  what is switched, in words
-//   method     the method that has it, as the program runs it; default "path"
-//   accel      instead, the ray structure that has it, beneath path tracing
-//   edit       instead, what is changed in the scene, beneath path tracing
-//   on, off    parameters that switch it, put in the place of those of the method or structure; with `name`, another one
-//   decided    the decision that the program makes of it from the scene; default: its own parameters are those of `on` or `off`
-//   samples    iterations; default: the budget's
-//   kept       why the decision stands where the ledger contradicts it
+// The rows of [[ledger]] are components of the program, and how each is switched (docs/experiment-file.md has the keys).
 #include "accel/registry.h"
 #include "experiments/config/config_keys.h"
 #include "experiments/kinds/ledger/ledger.h"

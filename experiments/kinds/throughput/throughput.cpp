@@ -1,10 +1,5 @@
-// Experiments on throughput: how many camera samples, rays, photons and records a second, with each instruction set, and how
-// that changed from commit to commit.
-//
-//   [throughput]
-//   isa           instruction sets; default: all that the machine has
-//   repetitions   of each, by turns; default 5
-//   time          of each repetition, about; default 1s
+// Experiments on throughput, [throughput] (docs/experiment-file.md has the keys): how many camera samples, rays, photons and
+// records a second, with each instruction set, and how that changed from commit to commit.
 #include "experiments/config/config_keys.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/throughput/throughput_record.h"
