@@ -3,7 +3,7 @@
 //   0 done   1 a cell failed, a gate tripped or the machine did   2 bad usage, config or scene   130 interrupted
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/log/manifest.h"
+#include "experiments/log/log.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/memory.h"
 

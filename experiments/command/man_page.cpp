@@ -1,6 +1,6 @@
 // The manual page etendue(1) in roff, from the table of commands.
 #include "experiments/command/commands.h"
-#include "experiments/log/manifest.h"
+#include "experiments/log/log.h"
 
 #include <fmt/format.h>
 

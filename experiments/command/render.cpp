@@ -2,7 +2,6 @@
 #include "experiments/command/console.h"
 #include "experiments/command/preview.h"
 #include "experiments/command/rendering.h"
-#include "experiments/log/manifest.h"
 #include "experiments/report/report_text.h"
 #include "experiments/run/memory_forecast.h"
 #include "experiments/run/reference.h"

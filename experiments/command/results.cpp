@@ -3,7 +3,6 @@
 
 #include "experiments/command/commands.h"
 #include "experiments/command/console.h"
-#include "experiments/log/manifest.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/results/changes.h"

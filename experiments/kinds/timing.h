@@ -3,7 +3,7 @@
 #pragma once
 
 #include "experiments/config/budget.h"
-#include "experiments/log/measured.h"
+#include "experiments/log/values.h"
 #include "framework/core/isa.h"
 
 #include <functional>

@@ -14,8 +14,7 @@
 
 #include "experiments/config/cell_name.h"
 #include "experiments/log/json_line.h"
-#include "experiments/log/measured.h"
-#include "experiments/log/parameters.h"
+#include "experiments/log/values.h"
 #include "framework/core/vec.h"
 #include "framework/io/whole_file.h"
 

@@ -28,9 +28,7 @@
 #include "experiments/config/cell_name.h"
 #include "experiments/config/prediction.h"
 #include "experiments/log/json_fwd.h"
-#include "experiments/log/measured.h"
-#include "experiments/log/parameters.h"
-#include "experiments/log/ray_kind.h"
+#include "experiments/log/values.h"
 #include "framework/core/lists.h"
 #include "framework/io/whole_file.h"
 
@@ -60,6 +58,11 @@ struct ManifestRecord {
   int cpu_family = 0, cpu_model = 0, cpu_stepping = 0, cores = 0;
   std::uint64_t memory_bytes = 0;
 };
+
+// Of the program, how it was built, and the machine; with its id. `title` and `experiment_hash` may be empty (a single render).
+ManifestRecord make_manifest(const std::string& title, const std::string& experiment_hash, int threads);
+
+std::string version_text();  // "etendue 0.1.0 (commit)"
 
 struct PlanRecord {
   static constexpr const char* line_type = "plan";

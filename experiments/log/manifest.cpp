@@ -1,4 +1,4 @@
-#include "experiments/log/manifest.h"
+#include "experiments/log/log.h"
 
 #include "framework/core/isa.h"
 #include "framework/core/parallel.h"

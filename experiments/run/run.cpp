@@ -1,7 +1,6 @@
 #include "experiments/run/run.h"
 
 #include "experiments/kind.h"
-#include "experiments/log/manifest.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_text.h"
 #include "experiments/run/recipe.h"

@@ -1,7 +1,7 @@
 // docs/log.md names every field of every line of the log with its type, and no other.
 #include "experiments/kind.h"
 #include "experiments/log/field_list.h"
-#include "experiments/log/ray_kind.h"
+#include "experiments/log/values.h"
 #include "tests/places.h"
 #include "tests/unit/harness_process.h"
 

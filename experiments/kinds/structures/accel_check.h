@@ -3,7 +3,7 @@
 #pragma once
 
 #include "accel/exact/exact.h"
-#include "experiments/log/ray_kind.h"
+#include "experiments/log/values.h"
 
 #include <span>
 #include <string>

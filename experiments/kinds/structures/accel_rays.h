@@ -5,7 +5,7 @@
 // one thread, so that rays have the order in which a renderer's thread traces them: paths tile by tile, event by event.
 #pragma once
 
-#include "experiments/log/ray_kind.h"
+#include "experiments/log/values.h"
 #include "framework/core/sampler.h"
 #include "framework/query.h"
 #include "framework/scene/scene.h"

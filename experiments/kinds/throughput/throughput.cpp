@@ -4,7 +4,6 @@
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/throughput/throughput_record.h"
 #include "experiments/kinds/timing.h"
-#include "experiments/log/manifest.h"
 #include "experiments/report/report_data.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/isa.h"
