@@ -3,7 +3,7 @@
 //
 // The way of an experiment: `read` makes its choice from the keys of the file, `cells` lists what is to run, `run` measures and
 // logs, and `report` and `summary` tell what a log holds. A kind whose cells end in one record each runs by execute_records
-// (run/record_run.h) and derives its record from KindRecord (log/log.h).
+// (kinds/record_kind.h) and derives its record from KindRecord (log/log.h).
 #pragma once
 
 #include "experiments/config/cells.h"

@@ -1,4 +1,4 @@
-// What kinds of experiments share whose cells end in one record each.
+// What kinds of experiments share whose cells end in one record each: the way from plan to log and report.
 //
 // A record lists its fields as fields.h asks, and names its lines of the log: `static constexpr const char* type`. Its work is
 // made of the plan and the observer.
@@ -6,12 +6,44 @@
 
 #include "experiments/kind.h"
 #include "experiments/log/field_list.h"
-#include "experiments/run/record_run.h"
+#include "experiments/run/run.h"
+#include "experiments/run/run_directory.h"
 #include "framework/scene/needs.h"
 
+#include <functional>
 #include <map>
+#include <memory>
+#include <optional>
 
 namespace etendue {
+
+// What a kind of experiment does with its cells. The record's cell, manifest, status and error are the execution's.
+class RecordWork {
+ public:
+  // Tells how far a cell is, from 0 to 1, and how many steps that took.
+  using Progress = std::function<void(double share, std::uint64_t steps)>;
+
+  virtual ~RecordWork() = default;
+  virtual void remember(const KindRecord&) {}  // done by an earlier run
+  // Before any cell runs, of all cells, so that a file that cannot be read is known at once. May throw: nothing runs then.
+  virtual void load(const Cell&) {}
+  // The scene of a cell that was loaded, whose records count only as long as it stays as it is; nullopt: none, or one that
+  // cannot change.
+  struct SceneState {
+    std::string name, path;
+    std::uint64_t hash = 0;
+  };
+  virtual std::optional<SceneState> scene(const Cell&) { return std::nullopt; }
+  // A record of what is known before the cell runs; it stands in the log whether the cell fails or not.
+  virtual std::unique_ptr<KindRecord> begin(const Cell&) = 0;
+  // May throw: the cell has failed then.
+  virtual void fill(const Cell&, KindRecord&, RunDirectory&, const Progress&) = 0;
+  // How often structures disagreed, in what this run filled in.
+  virtual std::uint64_t disagreements() const { return 0; }
+};
+
+// The manifest names `threads`.
+RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work);
 
 template <class Record, class Work>
 class RecordKind : public ExperimentKind {
@@ -43,9 +75,7 @@ class RecordKind : public ExperimentKind {
 // A scene that was read, and what all work on it starts from.
 struct ScenePlace {
   ScenePlace(Scene read, const RunPlan& plan)
-      : scene(std::move(read)),
-        needs(scene_needs(scene)),
-        resolution(plan.config.resolution.value_or(scene.resolution)) {}
+      : scene(std::move(read)), needs(scene_needs(scene)), resolution(plan.config.resolution.value_or(scene.resolution)) {}
 
   Scene scene;
   SceneNeeds needs;
