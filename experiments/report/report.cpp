@@ -9,7 +9,6 @@
 #include "experiments/report/ratios.h"
 #include "experiments/report/regret.h"
 #include "experiments/report/report_text.h"
-#include "experiments/report/settings.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"

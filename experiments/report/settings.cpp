@@ -1,4 +1,4 @@
-#include "experiments/report/settings.h"
+#include "experiments/report/regret.h"
 
 #include "experiments/config/method.h"
 #include "experiments/report/report_text.h"

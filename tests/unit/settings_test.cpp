@@ -1,5 +1,5 @@
 // What a report says of methods' defaults beside their other settings.
-#include "experiments/report/settings.h"
+#include "experiments/report/regret.h"
 #include "tests/unit/report_helpers.h"
 
 namespace etendue {
