@@ -58,43 +58,31 @@ std::string experiment_name(const ManifestRecord& manifest) {
   return manifest.file.empty() ? manifest.title : std::filesystem::path(manifest.file).stem().string();
 }
 
-class CurvesText {
- public:
-  explicit CurvesText(const ReportData& data)
-      : accels_(*data.log, data.accels, &CellName::accel, &CellRecord::accel_parameters),
-        integrators_(*data.log, data.integrators, &CellName::integrator, &CellRecord::parameters) {
-    for (const ManifestRecord& manifest : data.log->manifests) experiments_[manifest.id] = experiment_name(manifest);
-    text_ = "experiment,scene,accel,integrator,seed,iterations,time_s,region,metric,value" + accels_.heading("accel") +
-            integrators_.heading("integrator") + '\n';
-    for (const Configuration* configuration : data.finished())
-      for (const Replicate& replicate : configuration->replicates)
-        for (const CheckpointRecord* checkpoint : replicate.checkpoints) add(*checkpoint);
-  }
-
-  std::string take() { return std::move(text_); }
-
- private:
-  void add(const CheckpointRecord& checkpoint) {
-    const CellName& cell = checkpoint.cell;
-    const std::string before =
-        fmt::format("{},{},{},{},{},{},{}", escape_csv(experiments_[checkpoint.manifest]), escape_csv(cell.scene),
-                    escape_csv(cell.accel), escape_csv(cell.integrator), cell.seed, checkpoint.iterations, checkpoint.time_s);
-    const std::string after = accels_.cells(cell.accel) + integrators_.cells(cell.integrator);
-    const auto add_metrics = [&](const std::string& region, const std::map<std::string, double>& metrics) {
-      for (const auto& [metric, value] : metrics)
-        text_ += fmt::format("{},{},{},{}{}\n", before, escape_csv(region), metric, value, after);
-    };
-    add_metrics("", checkpoint.metrics);
-    for (const auto& [region, metrics] : checkpoint.regions) add_metrics(region, metrics);
-  }
-
-  MethodColumns accels_, integrators_;
-  std::map<std::string, std::string> experiments_;  // by manifest
-  std::string text_;
-};
-
 }  // namespace
 
-std::string curves_csv(const ReportData& data) { return CurvesText(data).take(); }
+std::string curves_csv(const ReportData& data) {
+  MethodColumns accels(*data.log, data.accels, &CellName::accel, &CellRecord::accel_parameters);
+  MethodColumns integrators(*data.log, data.integrators, &CellName::integrator, &CellRecord::parameters);
+  std::map<std::string, std::string> experiments;  // by manifest
+  for (const ManifestRecord& manifest : data.log->manifests) experiments[manifest.id] = experiment_name(manifest);
+  std::string text = "experiment,scene,accel,integrator,seed,iterations,time_s,region,metric,value" + accels.heading("accel") +
+                     integrators.heading("integrator") + '\n';
+  const auto add = [&](const CheckpointRecord& checkpoint) {
+    const CellName& cell = checkpoint.cell;
+    const std::string before =
+        fmt::format("{},{},{},{},{},{},{}", escape_csv(experiments[checkpoint.manifest]), escape_csv(cell.scene),
+                    escape_csv(cell.accel), escape_csv(cell.integrator), cell.seed, checkpoint.iterations, checkpoint.time_s);
+    const std::string after = accels.cells(cell.accel) + integrators.cells(cell.integrator);
+    auto by_region = checkpoint.regions;
+    by_region[""] = checkpoint.metrics;  // first
+    for (const auto& [region, metrics] : by_region)
+      for (const auto& [metric, value] : metrics)
+        text += fmt::format("{},{},{},{}{}\n", before, escape_csv(region), metric, value, after);
+  };
+  for (const Configuration* configuration : data.finished())
+    for (const Replicate& replicate : configuration->replicates)
+      for (const CheckpointRecord* checkpoint : replicate.checkpoints) add(*checkpoint);
+  return text;
+}
 
 }  // namespace etendue
