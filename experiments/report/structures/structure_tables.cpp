@@ -14,7 +14,6 @@ namespace {
 
 using Cells = std::vector<TableCell>;
 using Format = std::string (*)(double);
-using Test = bool (*)(const StructureRecord&);
 
 // How far the farther quartile lies from the median, in percent; a single repetition has no spread.
 std::string spread_text(const Measured& measured) {
