@@ -72,9 +72,11 @@ std::string throughput_answer(const RunLog& log) {
     if (row.figures == &sets.back() && sets.size() > 1)
       gains.push_back(sets.back().samples_per_s.median / sets.front().samples_per_s.median);
   }
+  const double most_per_s = speed(*fastest);
   std::string text =
-      fmt::format("{} traces the most camera samples: {:.1f} M a second on {} with {}", fastest->record->cell.integrator,
-                  1e-6 * speed(*fastest), slug(fastest->record->cell.scene), fastest->isa());
+      fmt::format("{} traces the most camera samples: {} a second on {} with {}", fastest->record->cell.integrator,
+                  most_per_s < 1e6 ? format_count(most_per_s) : fmt::format("{:.1f} M", 1e-6 * most_per_s),
+                  slug(fastest->record->cell.scene), fastest->isa());
   if (gains.empty()) return text;
   const auto [least, most] = std::ranges::minmax(gains);
   const std::vector<Throughput>& sets = fastest->record->sets;
@@ -163,7 +165,7 @@ Figure history_figure(const std::vector<ThroughputRow>& rows, const std::string&
   Figure figure{"throughput-by-commit-" + slug(scene), scene, "camera samples a second, by commit", {}, {}};
   for (const std::string& method : names_of(rows, scene, [](const ThroughputRow& r) { return r.record->cell.integrator; })) {
     Chart chart{.title = method};
-    chart.x = {"commit", Scale::linear, Interval{0.5, static_cast<double>(commits.size()) + 0.5}};
+    chart.x = {"commit", Scale::linear, Interval{0, static_cast<double>(commits.size()) + 1}};  // no ticks at halves
     chart.y = {"samples/s", Scale::log, std::nullopt};
     chart.series = series_by_isa(rows, scene, [&](const ThroughputRow& row) -> std::optional<ChartPoint> {
       if (row.record->cell.integrator != method) return std::nullopt;
