@@ -76,6 +76,17 @@ TEST(MitsubaBsdfs, MixturesOfOneKindAreExact) {
 }
 
 // Mitsuba's plastic without `nonlinear` divides by 1 - F, ours by 1 - albedo F.
+TEST(MitsubaBsdfs, OneSidedOnesAreCounted) {
+  const auto warned = [](const std::string& shapes) {
+    std::string all;
+    for (const std::string& warning : read(shapes).warnings) all += warning + "\n";
+    return all;
+  };
+  const std::string one = rectangle, two = rectangle + rectangle;
+  EXPECT_NE(warned(one).find(": one shape has a bsdf without twosided"), std::string::npos) << warned(one);
+  EXPECT_NE(warned(two).find(": 2 shapes have a bsdf without twosided"), std::string::npos) << warned(two);
+}
+
 TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
   const std::string inside = "<rgb name=\"diffuse_reflectance\" value=\"0.5\"/>";
   const auto linear = material_of<Plastic>("<bsdf type=\"plastic\">" + inside + "</bsdf>");

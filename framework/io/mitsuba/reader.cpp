@@ -55,9 +55,9 @@ void MitsubaReader::finish() {
   check_hidden_emitters(!emissions.empty());
   warn_of_clipping();
   if (one_sided_ > 0)
-    warn(*first_one_sided_, fmt::format("{} shapes have a bsdf without twosided, which is black from behind in Mitsuba; here "
+    warn(*first_one_sided_, fmt::format("{} a bsdf without twosided, which is black from behind in Mitsuba; here "
                                         "both sides are alike",
-                                        one_sided_));
+                                        one_sided_ == 1 ? "one shape has" : fmt::format("{} shapes have", one_sided_)));
   for (const Told& told : told_)
     scene_.warnings.push_back(told.where.text() + ": " + told.what +
                               (told.count > 1 ? fmt::format(" ({} times in all)", told.count) : ""));
