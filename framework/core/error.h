@@ -28,7 +28,7 @@ class Error : public std::runtime_error {
 // The names nearest to `word` by edit distance in any case (at most `most`, nearest first), for "did you mean".
 std::vector<std::string> nearest_names(std::string_view word, std::span<const std::string> names, std::size_t most = 3);
 
-// "unknown <kind> 'word'; did you mean 'a' or 'b'?" with all names when few (quoted if any has a space), for use as an Error's text.
+// "unknown <kind> 'word'; did you mean 'a' or 'b'?" with all names when few (quoted if one has a space), for an Error.
 std::string unknown_name(std::string_view kind, std::string_view word, std::span<const std::string> names);
 
 }  // namespace etendue
