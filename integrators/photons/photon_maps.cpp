@@ -2,7 +2,6 @@
 
 #include "framework/core/parallel.h"
 #include "integrators/photons/cache_points.h"
-#include "integrators/photons/given_radius.h"
 
 namespace etendue {
 

@@ -1,7 +1,6 @@
 #include "integrators/progressive/progressive.h"
 
 #include "integrators/photons/cache_points.h"
-#include "integrators/photons/given_radius.h"
 
 #include <numeric>
 
