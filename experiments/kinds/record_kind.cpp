@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <set>
+#include <utility>
 
 namespace etendue {
 
@@ -39,8 +40,9 @@ RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observ
     std::unique_ptr<KindRecord> record = work.begin(cell);
     CheckpointRecord last;
     last.cell = cell.name;
+    bool again = false;
     const auto fill = [&] {
-      record = work.begin(cell);
+      if (std::exchange(again, true)) record = work.begin(cell);
       work.fill(cell, *record, directory, [&](double share, std::uint64_t steps) {
         last.iterations = steps;
         observer.cell_progress(share, steps, now_s() - start);

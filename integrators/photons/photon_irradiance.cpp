@@ -71,8 +71,8 @@ const PhotonMap::Estimate& PhotonIrradiance::estimate(const RenderContext& conte
 std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext& context, const vec3& position,
                                                             const vec3& normal, const vec3& origin) const {
   static thread_local Neighbours nearest;
-  const float reach = map_.radius();
-  const NearWalls walls = map_.near_walls(position, normal, reach);
+  const float farthest = map_.radius();
+  const NearWalls walls = map_.near_walls(position, normal, farthest);
   const auto sees = [&](const Neighbour& n) {
     if (walls.none()) return true;
     const auto end = [&] {
@@ -81,7 +81,7 @@ std::optional<PhotonIrradiance::Found> PhotonIrradiance::at(const RenderContext&
     return !walls.may_hide(position_[n.id], end) || sees_landed(context, segment(origin, end()), position_[n.id]);
   };
   for (const std::size_t k : {1, 8}) {
-    query_->nearest(position, k, reach, nearest);
+    query_->nearest(position, k, farthest, nearest);
     for (const Neighbour& n : nearest)
       if (glm::dot(normal_[n.id], normal) > 0.9f && sees(n)) {
         const PhotonMap::Estimate& found = estimate(context, n.id);

@@ -197,9 +197,15 @@ class Vertices {
   float light_by_specular(Ray ray, Hit hit, Sampler& sampler) const {
     constexpr int most_events = 8;
     for (int events = 0; events < most_events; ++events) {
-      if (!hit) return events > 0 ? luminance(small_.lights.environment(ray.direction)) : 0;
+      float passed = 0;
+      if (events > 0)
+        for_passed_lights(small_, ray, hit ? hit.t : infinity, [&](const SurfacePoint& light) {
+          passed += luminance(small_.lights.emitted(light, -ray.direction));
+        });
+      if (!hit) return events > 0 ? passed + luminance(small_.lights.environment(ray.direction)) : 0;
       const SurfacePoint point = small_.scene.surface_at(ray, hit);
-      if (const float light = luminance(small_.lights.emitted(point, -ray.direction)); events > 0 && light > 0) return light;
+      const float light = passed + luminance(small_.lights.emitted(point, -ray.direction));
+      if (events > 0 && light > 0) return light;
       if (rough_(point.material)) return 0;
       const Bsdf bsdf(small_.scene, point);
       const float u_lobe = sampler.get_1d();

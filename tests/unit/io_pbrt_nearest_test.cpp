@@ -116,6 +116,10 @@ TEST(PbrtNearest, ThinLayeredAndTransmittingSurfaces) {
       "\"rgb transmit\" [.25 .25 .25]");
   expect_near(paper.reflectance.constant, {0.4f, 0.2f, 0.1f});
   expect_near(paper.transmittance.constant, {0.2f, 0.1f, 0.05f});
+  const auto all = material_of<DiffuseTransmission>(
+      "Material \"translucent\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [0 0 0] "
+      "\"rgb reflect\" [1 1 1] \"rgb transmit\" [1 1 1]");
+  expect_near(all.transmittance.constant, Rgb(0.3f));
   EXPECT_ERROR(world("Material \"translucent\"" + triangle), "'Ks' of material");
   EXPECT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float eta\" .75").eta, 0.75f) << "as of air in water";
   EXPECT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float eta\" 1 \"float roughness\" .3").alpha, 0);

@@ -204,26 +204,21 @@ Material PbrtReader::make_transmitting(const PbrtParams& params, bool version3, 
   const float factor = version3 ? 1 : number(params, "scale", 1, 0, 1e6f);
   const std::string_view names[2] = {version3 ? "reflect" : "reflectance", version3 ? "transmit" : "transmittance"};
   const Rgb otherwise(version3 ? 0.5f : 0.25f);
-  DiffuseTransmission sheet;
-  if (version3) {
-    const Rgb kept = colour(params, names[0], otherwise, ColourUse::reflectance),
-              passed = colour(params, names[1], otherwise, ColourUse::reflectance);
-    const float most = std::max(max_component(kept + passed), 1.0f);
-    if (most > 1) tell_of_excess(params, names[0]);
-    const auto part = [&](const Rgb& share) {
-      return textured_part(params, "Kd", Rgb(0.25f), entry, [share, most](const Rgb& kd) { return share * kd / most; });
-    };
-    sheet = {part(kept), part(passed)};
-  } else {
-    const auto part = [&](std::string_view name, float scale) {
-      const ColourMap scaled = [scale](const Rgb& r) { return glm::min(scale * r, Rgb(1)); };
-      return textured_part(params, name, otherwise, entry, scale == 1 ? ColourMap() : scaled);
-    };
-    sheet = {part(names[0], factor), part(names[1], factor)};
-    if (const float most = most_of(sheet.reflectance) + most_of(sheet.transmittance); most > 1 + 1e-4f) {
-      tell_of_excess(params, names[0]);
-      sheet = {part(names[0], factor / most), part(names[1], factor / most)};
-    }
+  const auto share_of_kd = [&](std::string_view name) {
+    return version3 ? colour(params, name, otherwise, ColourUse::reflectance) : Rgb(1);
+  };
+  const Rgb shares[2] = {share_of_kd(names[0]), share_of_kd(names[1])};
+  const auto part = [&](int side, float scale) {
+    if (version3)
+      return textured_part(params, "Kd", Rgb(0.25f), entry,
+                           [share = scale * shares[side]](const Rgb& kd) { return share * kd; });
+    const ColourMap scaled = [scale](const Rgb& r) { return glm::min(scale * r, Rgb(1)); };
+    return textured_part(params, names[side], otherwise, entry, scale == 1 ? ColourMap() : scaled);
+  };
+  DiffuseTransmission sheet{part(0, factor), part(1, factor)};
+  if (const float most = most_of(sheet.reflectance) + most_of(sheet.transmittance); most > 1 + 1e-4f) {
+    tell_of_excess(params, names[0]);
+    sheet = {part(0, factor / most), part(1, factor / most)};
   }
   return sheet;
 }
