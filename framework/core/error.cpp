@@ -1,5 +1,7 @@
 #include "framework/core/error.h"
 
+#include "framework/core/lists.h"
+
 #include <fmt/format.h>
 #include <algorithm>
 #include <numeric>
@@ -25,14 +27,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return previous[b.size()];
 }
 
-// Of ASCII alone: other bytes stay as they are.
-std::string lowered(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
-}
-
 std::string quoted_list(std::span<const std::string> names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -54,19 +48,20 @@ Error::Error(const Location& where, const std::string& what)
 
 std::vector<std::string> nearest_names(std::string_view word, std::span<const std::string> names, std::size_t most) {
   const std::size_t farthest = std::max<std::size_t>(2, word.size() / 3);
-  const std::string lower = lowered(word);
+  const std::string lower = in_lower_case(std::string(word));
   std::vector<std::pair<std::size_t, std::string>> ranked;
   for (const std::string& name : names) {
     // Lengths that differ by more need as many edits: a word of megabytes is not compared.
     const std::size_t lengths = std::max(word.size(), name.size()) - std::min(word.size(), name.size());
-    std::size_t distance = lengths > farthest ? lengths : edit_distance(lower, lowered(name));
-    if (word.size() >= 3 && lowered(name).find(lower) != std::string::npos) distance = std::min<std::size_t>(distance, 1);
+    const std::string lower_name = in_lower_case(name);
+    std::size_t distance = lengths > farthest ? lengths : edit_distance(lower, lower_name);
+    if (word.size() >= 3 && lower_name.find(lower) != std::string::npos) distance = std::min<std::size_t>(distance, 1);
     if (distance <= farthest) ranked.emplace_back(distance, name);
   }
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> nearest;
   for (auto& [distance, name] : ranked)  // each once, also where two lists have it
-    if (nearest.size() < most && std::ranges::find(nearest, name) == nearest.end()) nearest.push_back(std::move(name));
+    if (nearest.size() < most && !contains(nearest, name)) nearest.push_back(std::move(name));
   return nearest;
 }
 

@@ -1,4 +1,4 @@
-// Short words for loops over lists that the standard library has none for.
+// Short words for loops over lists and texts that the standard library has none for.
 #pragma once
 
 #include "framework/core/error.h"
@@ -78,6 +78,13 @@ inline std::vector<std::string> split(std::string_view text, std::string_view se
     parts.emplace_back(text.substr(0, at));
   parts.emplace_back(text);
   return parts;
+}
+
+// Changes ASCII's letters alone.
+inline std::string in_lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text;
 }
 
 // Throws Error unless the word is one of the names; its text is that of unknown_name, behind `before`.

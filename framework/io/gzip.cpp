@@ -1,6 +1,7 @@
 #include "framework/io/gzip.h"
 
 #include "framework/core/error.h"
+#include "framework/core/lists.h"
 #include "framework/core/memory.h"
 #include "framework/io/text.h"
 

@@ -98,12 +98,6 @@ std::optional<double> parse_number(std::string_view word) {
   return value;
 }
 
-std::string in_lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>('A' <= c && c <= 'Z' ? c - 'A' + 'a' : c); });
-  return text;
-}
-
 std::string quote(std::string_view word) {
   std::string text = "'";
   for (const char c : word.substr(0, 60)) text += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;

@@ -30,9 +30,6 @@ std::optional<Whole> parse_whole(std::string_view word, int base = 10) {
   return error == std::errc() && end == word.data() + word.size() ? std::optional(value) : std::nullopt;
 }
 
-// Changes ASCII's letters alone.
-std::string in_lower_case(std::string text);
-
 // `word` in quotes, shortened, with control characters shown as '?': fit for a message.
 std::string quote(std::string_view word);
 

@@ -1,6 +1,7 @@
 // BSDFs by Mitsuba's names. Roughness is alpha as it stands; alphas below 0.001 are perfectly smooth. Beckmann's distribution
 // is Mitsuba's default.
 
+#include "framework/core/lists.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"

@@ -1,6 +1,7 @@
 // The sensor with its film, and what of the integrator changes the image.
 
 #include "framework/core/elementary.h"
+#include "framework/core/lists.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"
 

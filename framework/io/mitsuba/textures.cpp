@@ -1,5 +1,6 @@
 // Textures. Mitsuba's v = 0 is the top row of an image and ours the bottom one, so that every image is turned by its mapping.
 
+#include "framework/core/lists.h"
 #include "framework/io/image/gamma.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/text.h"

@@ -1,6 +1,7 @@
 // Camera, film and options.
 
 #include "framework/core/elementary.h"
+#include "framework/core/lists.h"
 #include "framework/io/pbrt/reader.h"
 #include "framework/io/spectra.h"
 #include "framework/io/text.h"
