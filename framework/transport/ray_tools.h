@@ -42,14 +42,6 @@ void for_passed_lights(const RenderContext& context, Ray way, float distance, co
   }
 }
 
-// Radiance that comes along a ray from what it met (null: nothing), and from the lights that it passed on the way.
-inline Rgb emitted_along(const RenderContext& context, const Ray& ray, const SurfacePoint* met) {
-  Rgb sum = met ? context.lights.emitted(*met, -ray.direction) : context.lights.environment(ray.direction);
-  for_passed_lights(context, ray, met ? glm::length(met->position - ray.origin) : infinity,
-                    [&](const SurfacePoint& light) { sum += context.lights.emitted(light, -ray.direction); });
-  return sum;
-}
-
 // Many rays at once, which structures may answer faster than one by one. There are as many hits as rays.
 inline void trace(const RenderContext& context, std::span<const Ray> rays, std::span<Hit> hits) {
   count(Counter::rays, rays.size());

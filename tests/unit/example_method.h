@@ -6,7 +6,7 @@
 #include "framework/core/parallel.h"
 #include "framework/integrator.h"
 #include "framework/transport/direct_light.h"
-#include "framework/transport/ray_tools.h"
+#include "integrators/paths/emission.h"
 
 namespace etendue {
 
@@ -42,13 +42,13 @@ class Direct final : public Integrator {
     const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
     const Ray ray = context.scene.camera.ray(context.resolution, film, lens);
     const Hit hit = trace(context, ray);
-    if (!hit) return emitted_along(context, ray, nullptr);
+    if (!hit) return emitted_with_mis(context, ray, nullptr, 0);
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
     Rgb reflected{0};
     for (int i = 0; i < params_.light_samples; ++i)
       reflected += direct_light(context, point, bsdf, -ray.direction, sampler, MisMode::light);
-    return emitted_along(context, ray, &point) + reflected / static_cast<float>(params_.light_samples);
+    return emitted_with_mis(context, ray, &point, 0) + reflected / static_cast<float>(params_.light_samples);
   }
 
   DirectParams params_;
