@@ -107,6 +107,7 @@ TEST(PbrtRendering, FiltersAreThoseOfTheFilesVersion) {
   EXPECT_EQ(with("PixelFilter \"box\" Film \"rgb\"").filter, nullptr);
   EXPECT_EQ(with("").resolution, ivec2(1280, 720));
   EXPECT_EQ(parse_pbrt("WorldBegin\n" + triangle + "WorldEnd\n", "s.pbrt").filter, nullptr) << "of version 3, without a film";
+  EXPECT_TRUE(parse_pbrt("WorldBegin # WorldEnd\n" + triangle, "s.pbrt").filter);
   EXPECT_TRUE(parse_pbrt("Film \"rgb\"\nWorldBegin # WorldEnd\n" + triangle, "s.pbrt").filter);
   EXPECT_EQ(filter("PixelFilter \"box\" \"float xwidth\" 1 \"float ywidth\" 2"), (FilterShape{.radius = {1, 2}}));
   EXPECT_EQ(filter("PixelFilter \"mitchell\" \"float B\" 0.25"),

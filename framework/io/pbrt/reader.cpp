@@ -57,8 +57,23 @@ std::span<const PbrtReader::Directive> PbrtReader::directives() {
   return table;
 }
 
+namespace {
+
+// Has the text the directive that version 4 did away with, outside of comments and strings of its line?
+bool has_world_end(std::string_view text) {
+  constexpr std::string_view directive = "WorldEnd";
+  for (std::size_t at = text.find(directive); at != std::string_view::npos; at = text.find(directive, at + 1)) {
+    const std::string_view before = text.substr(0, at);
+    const std::size_t line = before.rfind('\n') + 1;  // 0 where there is none
+    if (before.substr(line).find_first_of("#\"") == std::string_view::npos) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Scene PbrtReader::read(std::string text) {
-  version3_ = text.find("WorldEnd") != std::string::npos;  // if it has no Film, which tells
+  version3_ = has_world_end(text);  // if it has no Film, which tells
   PbrtLexer lexer(std::move(text), files_.first_file(), files_);
   parse(lexer);
   finish();
