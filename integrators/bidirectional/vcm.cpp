@@ -3,7 +3,7 @@
 #include "framework/core/parallel.h"
 #include "integrators/bidirectional/vcm_camera_paths.h"
 #include "integrators/paths/path.h"
-#include "integrators/photons/density_kernel.h"
+#include "integrators/photons/kernel_domain.h"
 #include "integrators/photons/photon_maps.h"
 #include "integrators/photons/photons.h"
 #include "integrators/progressive/radius_policy.h"

@@ -18,7 +18,7 @@ inline Rgb met_with_mis(const RenderContext& context, const Ray& ray, const Surf
   return throughput * emitted * emission_weight(mis, pdf_bsdf, pdf_light);
 }
 
-// The same from the lights that the ray passes within `distance`.
+// Gives the same from the lights that the ray passes within `distance`.
 inline Rgb passed_with_mis(const RenderContext& context, const Ray& ray, float distance, float pdf_bsdf, const Rgb& throughput,
                            MisMode mis) {
   Rgb sum(0);
@@ -27,7 +27,7 @@ inline Rgb passed_with_mis(const RenderContext& context, const Ray& ray, float d
   return sum;
 }
 
-// Both.
+// Sums both up.
 inline Rgb emitted_with_mis(const RenderContext& context, const Ray& ray, const SurfacePoint* point, float pdf_bsdf,
                             const Rgb& throughput = Rgb(1), MisMode mis = MisMode::power) {
   const Rgb met = met_with_mis(context, ray, point, pdf_bsdf, throughput, mis);

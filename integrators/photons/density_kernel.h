@@ -5,10 +5,6 @@
 #pragma once
 
 #include "framework/core/elementary.h"
-#include "framework/core/error.h"
-#include "framework/scene/scene.h"
-
-#include <fmt/format.h>
 
 #include <array>
 
@@ -54,16 +50,6 @@ inline float kernel_within(Kernel kernel, float x) {
     }
   }
   return 0;
-}
-
-// Throws Error for a radius (metres), given and not found, beyond the scene's diagonal. A disc larger than all there is holds
-// nearly no surface, and as a kernel divides by its area, the image would be black or nearly so, without a word. It is mostly a
-// length in another unit that asks for this. Infinite planes have no diagonal.
-inline void check_given_radius(const Scene& scene, float radius) {
-  if (!scene.planes.empty() || scene.bounds().empty()) return;
-  const float diagonal = glm::length(scene.bounds().diagonal());
-  if (radius > diagonal)
-    throw Error(fmt::format("radius = {:.4g}: the scene measures {:.4g} m across; expected at most that", radius, diagonal));
 }
 
 }  // namespace etendue

@@ -1,6 +1,7 @@
 #include "integrators/photons/kernel_domain.h"
 
 #include "framework/core/elementary.h"
+#include "framework/core/error.h"
 #include "framework/transport/ray_tools.h"
 
 #include <numeric>
@@ -127,6 +128,14 @@ float PhotonHull::share(Kernel kernel, float radius) const {
   for (std::size_t i = 0; i < corners_.size(); ++i)
     sum += over_triangle(kernel, radius, points_[corners_[i]], points_[corners_[(i + 1) % corners_.size()]]);
   return sum;
+}
+
+void check_given_radius(const Scene& scene, float radius) {
+  const Bounds bounds = scene.bounds();
+  if (!scene.planes.empty() || bounds.empty()) return;
+  const float diagonal = glm::length(bounds.diagonal());
+  if (radius > diagonal)
+    throw Error(fmt::format("radius = {:.4g}: the scene measures {:.4g} m across; expected at most that", radius, diagonal));
 }
 
 }  // namespace etendue

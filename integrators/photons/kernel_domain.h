@@ -72,4 +72,9 @@ class PhotonHull {
   std::vector<std::uint32_t> corners_;  // counter-clockwise
 };
 
+// Throws Error for a radius (metres), given and not found, beyond the scene's diagonal. A disc larger than all there is holds
+// nearly no surface, and as a kernel divides by its area, the image would be black or nearly so, without a word. It is mostly a
+// length in another unit that asks for this. Infinite planes have no diagonal.
+void check_given_radius(const Scene& scene, float radius);
+
 }  // namespace etendue

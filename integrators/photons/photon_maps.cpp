@@ -2,6 +2,7 @@
 
 #include "framework/core/parallel.h"
 #include "integrators/photons/cache_points.h"
+#include "integrators/photons/kernel_domain.h"
 
 namespace etendue {
 

@@ -1,6 +1,7 @@
 #include "integrators/progressive/progressive.h"
 
 #include "integrators/photons/cache_points.h"
+#include "integrators/photons/kernel_domain.h"
 
 #include <numeric>
 
