@@ -133,6 +133,7 @@ std::optional<std::string> failure_of(const std::function<void()>& work, RunObse
 }
 
 RunSummary execute_run(const RunPlan& plan, RunObserver& observer, const CellFunction& compute) {
+  count_suspensions();  // whoever runs it: the program, or Python
   return plan.config.kind->run(plan, observer, compute);
 }
 
