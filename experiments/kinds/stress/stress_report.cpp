@@ -30,23 +30,24 @@ struct Held {
   double share = 0;  // of the range, on the mean
 };
 
-// Means over different hazards say nothing of each other: only those count that every column was measured on, where there are
-// any.
+// The hazards that every column was measured on: means over different ones say nothing of each other.
 std::vector<const StressRow*> shared_rows(const StressMap& map, bool structures) {
   const std::vector<std::string>& columns = structures ? map.structure_columns : map.columns;
-  std::vector<const StressRow*> rows, shared;
+  std::vector<const StressRow*> shared;
   for (const StressRow& row : map.rows) {
     if (row.record().of_structure != structures) continue;
-    rows.push_back(&row);
     const auto is_measured = [&](const std::string& column) { return row.of(column) && row.of(column)->threshold; };
     if (std::ranges::all_of(columns, is_measured)) shared.push_back(&row);
   }
-  return shared.empty() ? rows : shared;
+  return shared;
 }
 
 std::vector<Held> held_by_column(const StressMap& map, bool structures) {
   std::vector<Held> all;
-  const std::vector<const StressRow*> rows = shared_rows(map, structures);
+  std::vector<const StressRow*> rows = shared_rows(map, structures);
+  if (rows.empty())
+    for (const StressRow& row : map.rows)
+      if (row.record().of_structure == structures) rows.push_back(&row);
   for (const std::string& column : structures ? map.structure_columns : map.columns) {
     Held held{.column = column};
     for (const StressRow* row : rows) {
@@ -75,8 +76,7 @@ void add_widest(const StressMap& map, bool structures, KindReport& report) {
   std::string text = fmt::format("{} holds widest", held_text(held.front()));
   if (held.size() > 3) text += fmt::format(", then {} and {}", held_text(held[1]), held_text(held[2]));
   text += fmt::format("; {} holds least.", held_text(held.back()));
-  if (std::ranges::all_of(held, [&](const Held& h) { return h.of == held.front().of; }))
-    text += " All were measured on these hazards.";
+  if (!shared_rows(map, structures).empty()) text += " All were measured on these hazards.";
   report.findings.emplace_back(structures ? "Which structure holds widest" : "Which method holds widest", text);
 }
 
