@@ -1,5 +1,6 @@
 // The matrix: its order, filters and shards.
 #include "experiments/config/cells.h"
+#include "experiments/config/config_tree.h"
 #include "experiments/kind.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace {
 
 ExperimentConfig small_matrix() {
   ExperimentConfig config;
-  config.kind = experiment_kinds().back();
+  config.kind = &kind_of(parse_config("scenes = []", "images.toml"));
   config.scenes = {{"s1", "s1", {}}, {"s2", "s2", {}}};
   config.accels = {{"a", {}, {}}};
   config.integrators = {{"p", {}, {}}, {"q", {}, {}}};
