@@ -32,7 +32,7 @@ double held_until(const Replicate& replicate, const std::string& metric) {
   return replicate.last()->metrics.contains(metric) ? replicate.held_s : 0;
 }
 
-// Of one replicate what estimate_at gives of all.
+// Gives of one replicate what estimate_at gives of all.
 std::optional<double> value_then(const Replicate& replicate, const std::string& metric, double time_s) {
   constexpr double slack = 1e-9;  // an average of equal times may differ from them in its last bits
   std::vector<const CheckpointRecord*> checkpoints = replicate.checkpoints;

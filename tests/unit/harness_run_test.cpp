@@ -271,7 +271,7 @@ TEST_F(Run, FailedCellIsRecordedTheRestGoOnAndItIsTriedAgain) {
   for (const CellRecord& cell : log("failing").cells) EXPECT_EQ(cell.status, "done");
 }
 
-// By Ctrl-Z or a batch system; their clock ran on meanwhile.
+// Ctrl-Z or a batch system suspends them, and their clock runs on meanwhile.
 TEST_F(Run, SuspendedCellsRunAgain) {
   count_suspensions();
   RunOptions options;

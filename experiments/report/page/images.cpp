@@ -128,7 +128,7 @@ class PixelStore {
     place_.write_beside(file, fmt::format("pixelData(\"{}\", \"{}\")\n", file, text));
     return {{}, file};
   }
-  // Of what was encoded for the page.
+  // Stores what was encoded for the page.
   void settle(PixelText& text, const std::string& name) {
     if (!text.in_page.empty()) text = store(std::move(text.in_page), name);
   }

@@ -287,7 +287,6 @@ void warn_of_left_out(const Checker& checker, std::size_t triangles, const std::
   if (triangles < checker.triangles())
     mesh.warnings.push_back(
         fmt::format("{}: {} triangles of degenerate polygons were left out", name, checker.triangles() - triangles));
-  mesh.names_materials = checker.names_materials();
 }
 
 }  // namespace
@@ -305,6 +304,7 @@ TriangleMesh parse_obj(std::string text, const std::string& name) {
     mesh.triangles.emplace_back(a, b, table.vertex(corners[2]));
   });
   warn_of_left_out(checker, mesh.triangles.size(), name, mesh);
+  mesh.names_materials = checker.names_materials();
   mend_attributes(mesh, name);
   return mesh;
 }
@@ -344,6 +344,7 @@ std::vector<ObjPart> parse_obj_parts(std::string text, const std::string& name, 
   if (parts.empty()) parts.emplace_back();
   end_part();
   warn_of_left_out(checker, triangles, name, parts.front().mesh);
+  parts.front().mesh.names_materials = checker.names_materials();
   return parts;
 }
 

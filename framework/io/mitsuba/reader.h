@@ -179,7 +179,7 @@ class MitsubaReader {
   MaterialEntry coating(const Properties& of);
   MaterialEntry blend(const Properties& of);
   MaterialEntry mixture(const Properties& of);
-  // Of two that can be mixed: `share` is that of the second.
+  // Mixes two that can be; `share` is that of the second.
   static std::optional<MaterialEntry> mixed_entry(const MaterialEntry& a, const MaterialEntry& b, float share);
 
   // coated.cpp

@@ -174,7 +174,7 @@ void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
   filter_ = shape;
 }
 
-// Without a filter version 4 takes a Gaussian, and version 3 a box.
+// Version 4 takes a Gaussian where there is no filter, and version 3 a box.
 FilterShape PbrtReader::filter_of_version() const {
   if (!filter_) return version3_ ? FilterShape{} : named_filter("gaussian");
   FilterShape shape = *filter_;
