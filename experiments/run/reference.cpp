@@ -4,6 +4,7 @@
 #include "experiments/run/closed_form.h"
 #include "experiments/run/file_lock.h"
 #include "experiments/run/run.h"
+#include "framework/core/counters.h"
 #include "framework/core/parallel.h"
 #include "framework/core/rng.h"
 #include "framework/image/metrics.h"
@@ -65,23 +66,54 @@ Reference from_file(const ReferenceRequest& request) {
   return {std::move(*reduced), {}};
 }
 
-BatchStatistics run_batches(const ReferenceRequest& request, const Method& method, std::uint64_t samples,
-                            std::uint64_t stream) {
+// What independent batches of an estimator give, and the rays that they took.
+struct Batches {
+  BatchStatistics statistics;
+  double rays = 0;
+};
+
+Batches run_batches(const ReferenceRequest& request, const Method& method, std::uint64_t samples, std::uint64_t stream,
+                    int batches = reference_batches) {
   const Method accel = default_accel();
-  const auto budget = Budget::of_iterations(std::max<std::uint64_t>(1, (samples + reference_batches - 1) / reference_batches));
-  BatchStatistics statistics(request.resolution, *budget.samples);
+  const auto count = static_cast<std::uint64_t>(batches);
+  const auto budget = Budget::of_iterations(std::max<std::uint64_t>(1, (samples + count - 1) / count));
+  Batches made{BatchStatistics(request.resolution, *budget.samples)};
   const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
-  if (request.observer) request.observer->narrate(what);
-  for (int batch = 0; batch < reference_batches; ++batch) {
-    const std::string status = fmt::format("{}, {} of {} batches", what, batch, reference_batches);
+  for (int batch = 0; batch < batches; ++batch) {
+    const std::string status = fmt::format("{}, {} of {} batches", what, batch, batches);
     if (request.observer) request.observer->status(status);
     const std::uint64_t seed = hash_keys(reference_seed, stream, batch);
     CellTask task{request.scene, request.needs, accel, method, seed, request.resolution, budget, request.threads};
     // An observer may end what takes long by throwing.
     if (request.observer) task.progress = [&](std::uint64_t, double) { request.observer->status(status); };
-    statistics.add(run_cell(task).image);
+    const CellResult cell = run_cell(task);
+    made.statistics.add(cell.image);
+    for (const auto& [name, value] : cell.checkpoints.back().counters)
+      if (name == counter_name(Counter::rays) || name == counter_name(Counter::shadow_rays))
+        made.rays += static_cast<double>(value);
   }
-  return statistics;
+  return made;
+}
+
+// Samples per pixel of either estimator.
+struct Shares {
+  std::uint64_t first, second;
+};
+
+// The one whose error falls faster with its work has all of the samples, and the other a quarter, which checks it. A pilot
+// tells them apart by variance times rays, which are counted: time would make each reference another. Beside a ray a
+// bidirectional path has more to do: in results/throughput a ray takes it up to twice as long.
+Shares share_samples(const ReferenceRequest& request, const EstimatorPair& pair, std::uint64_t samples) {
+  constexpr std::uint64_t pilot_share = 64, check_share = 4;
+  constexpr double bidirectional_ray = 2;
+  if (pair.second_checks_only) return {samples, samples};
+  const auto inefficiency = [&](const Method& method, std::uint64_t stream) {
+    const Batches pilot = run_batches(request, method, samples / pilot_share, stream, 4);
+    return pilot.statistics.mean_variance() * pilot.rays;
+  };
+  const std::uint64_t check = std::max<std::uint64_t>(1, samples / check_share);
+  return inefficiency(pair.first, 3) <= bidirectional_ray * inefficiency(pair.second, 4) ? Shares{samples, check}
+                                                                                         : Shares{check, samples};
 }
 
 // Rounds to what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the
@@ -181,8 +213,14 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
   const EstimatorPair pair = choose_estimators(request.scene, request.needs, request.resolution);
-  const BatchStatistics first = run_batches(request, pair.first, samples, 1);
-  const BatchStatistics second = run_batches(request, pair.second, samples, 2);
+  const Shares shares = share_samples(request, pair, samples);
+  const auto render = [&](const Method& method, std::uint64_t share, std::uint64_t stream) {
+    if (request.observer)
+      request.observer->narrate(
+          fmt::format("reference of {}: {} samples per pixel of {}", request.name, share, method.label()));
+    return run_batches(request, method, share, stream).statistics;
+  };
+  const BatchStatistics first = render(pair.first, shares.first, 1), second = render(pair.second, shares.second, 2);
   AgreementOptions options;
   options.brightest = brightest_light(request.scene);
   if (pair.second_checks_only) options.indifference = biased_check_indifference;
@@ -207,8 +245,8 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   rendered.source = pair.second_checks_only
                         ? fmt::format("{} alone, checked by {} to {:g} % of the image's mean, {} samples per pixel each",
                                       pair.first.label(), pair.second.label(), 100 * biased_check_indifference, samples)
-                        : fmt::format("{:.3g} of {} and {:.3g} of {}, {} samples per pixel each", weight, pair.first.label(),
-                                      1 - weight, pair.second.label(), samples);
+                        : fmt::format("{:.3g} of {} ({} samples per pixel) and {:.3g} of {} ({})", weight, pair.first.label(),
+                                      shares.first, 1 - weight, pair.second.label(), shares.second);
   rendered.checks = agreement.text;
   Reference reference{std::move(rendered), {}};
   if (agreement.verdict == Agreement::Verdict::disagree)
@@ -218,7 +256,8 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
     request.observer->warn(fmt::format(
         "the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} agree; "
         "expected reference = {{ samples = {} }} or more",
-        request.name, samples, pair.first.label(), pair.second.label(), agreement.samples_needed));
+        request.name, samples, pair.first.label(), pair.second.label(),
+        samples_needed(static_cast<double>(samples), agreement.times_the_samples)));
   return reference;
 }
 

@@ -57,8 +57,9 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 // How far a check that is biased may lie off, relative to the image's mean.
 inline constexpr double biased_check_indifference = 5e-3;
 
-// Renders both in independent batches and compares them; what is unbiased is weighed by its variance. A reference too small to
-// compare them is used and called `undecided` in its checks, with a floor taken from how far the two images differ.
+// Renders both in independent batches and compares them; what is unbiased is weighed by its variance. The more efficient one
+// has `samples` per pixel, the other a quarter of them. A reference too small to compare them is used and called `undecided` in
+// its checks, with a floor taken from how far the two images differ.
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples);
 
 }  // namespace etendue

@@ -51,11 +51,11 @@ struct Comparison {
 
   double t_ratio() const { return ratio(limit); }
   double conviction() const { return ratio(limit + allowance); }
-  // Samples per pixel at which limit and allowance would have fallen to the excess: one falls as the root of the samples, the
-  // other as their inverse.
-  double samples_needed() const {
+  // The multiple of the samples at which limit and allowance would have fallen to the excess: one falls as the root of the
+  // samples, the other as their inverse.
+  double times_the_samples() const {
     const double root = (limit + std::sqrt(limit * limit + 4 * allowance * excess)) / (2 * excess);
-    return n * root * root;
+    return root * root;
   }
 
  private:
@@ -119,7 +119,7 @@ class Comparisons {
 };
 
 // Writes the verdict's part of the text.
-std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons, std::uint64_t samples_needed) {
+std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons) {
   const Comparison& t = comparisons.worst_t();
   const Comparison& worst = verdict == Agreement::Verdict::disagree ? comparisons.worst() : t;
   const std::string where = fmt::format("{} by {:+.3g} % of the image's mean", BatchStatistics::region_name(worst.region),
@@ -131,7 +131,8 @@ std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons,
     return fmt::format(
         "{} whether they differ in {}: t at {:.0f} % of its limit, but bright paths not yet seen in {} samples "
         "may add {:.3g} %; about {} samples can tell",
-        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance), samples_needed);
+        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance),
+        samples_needed(t.n, t.times_the_samples()));
   return fmt::format("DISAGREE in {}, where {:.3g} % could be chance (t at {:.0f} % of its limit)", where,
                      100 * comparisons.relative(worst.limit + worst.allowance), 100 * worst.t_ratio());
 }
@@ -213,12 +214,11 @@ Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, cons
   result.verdict = comparisons.worst().conviction() > 1  ? Verdict::disagree
                    : comparisons.worst_t().t_ratio() > 1 ? Verdict::cannot_tell
                                                          : Verdict::agree;
-  if (result.verdict == Verdict::cannot_tell)
-    result.samples_needed = std::bit_ceil(static_cast<std::uint64_t>(comparisons.worst_t().samples_needed()) + 1);
+  if (result.verdict == Verdict::cannot_tell) result.times_the_samples = comparisons.worst_t().times_the_samples();
   result.text =
       fmt::format("{} t-tests of means (3 channels, image and {} x {} blocks, {} and {} batches, false-alarm rate {:g}): {}",
                   comparisons.tests(), grid, grid, a.batches(), b.batches(), options.false_alarm_rate,
-                  describe(result.verdict, comparisons, result.samples_needed));
+                  describe(result.verdict, comparisons));
   return result;
 }
 

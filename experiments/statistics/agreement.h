@@ -16,6 +16,7 @@
 
 #include "framework/image/film.h"
 
+#include <bit>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -65,9 +66,14 @@ struct AgreementOptions {
 
 struct Agreement {
   enum class Verdict : std::uint8_t { agree, cannot_tell, disagree } verdict = Verdict::agree;
-  std::string text;                  // what was compared and how it came out
-  std::uint64_t samples_needed = 0;  // per pixel and estimator, for a verdict: only where this one cannot tell
+  std::string text;              // what was compared and how it came out
+  double times_the_samples = 1;  // so many more let one tell: only where this verdict cannot
 };
+
+// The power of two that so many times as many samples take.
+inline std::uint64_t samples_needed(double samples, double times) {
+  return std::bit_ceil(static_cast<std::uint64_t>(samples * times) + 1);
+}
 
 Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, const AgreementOptions& options = {});
 

@@ -134,6 +134,19 @@ TEST_F(ReferenceFiles, RenderedOnceThenCachedWithItsChecks) {
   EXPECT_NEAR(small.rendered.image.at(0, 0).x, mean, 1e-6);
 }
 
+// Bidirectional paths trace more rays for more noise there: they check alone.
+TEST_F(ReferenceFiles, TheMoreEfficientEstimatorHasTheSamples) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const SceneNeeds needs = scene_needs(scene);
+  const ReferenceRequest request{scene, needs, "box", {16, 16}, {}, 1};
+  const RenderedReference rendered = render_reference(request, 64).rendered;
+  EXPECT_NE(rendered.source.find("of path (64 samples per pixel) and"), std::string::npos) << rendered.source;
+  EXPECT_TRUE(rendered.source.ends_with("of bdpt sampler=independent (16)")) << rendered.source;
+  ReferenceRequest threads = request;
+  threads.threads = 3;
+  EXPECT_EQ(render_reference(threads, 64).rendered.image.pixels, rendered.image.pixels);
+}
+
 TEST_F(ReferenceFiles, CachedOneOfFewerSamplesIsNotServed) {
   make({ReferenceChoice::Kind::samples, 32, {}, {}}, {16, 16});
   const ReferenceCache cache({directory_});
