@@ -103,11 +103,11 @@ ReferenceCache ReferenceCache::standard(const std::string& beside) {
   };
   if (!beside.empty()) {
     for (fs::path parent = fs::absolute(beside).lexically_normal().parent_path();; parent = parent.parent_path()) {
-      add(parent / "results" / "references");
+      add(parent / "experiments" / "references");
       if (parent == parent.parent_path()) break;
     }
   }
-  add(fs::path(ETENDUE_SOURCE_DIR) / "results" / "references");
+  add(fs::path(ETENDUE_SOURCE_DIR) / "experiments" / "references");
   const char* cache = std::getenv("XDG_CACHE_HOME");
   const char* home = std::getenv("HOME");
   // The last one may be absent yet: it is where new references go.

@@ -1,4 +1,4 @@
-// Rendered references are expensive, so they are kept: in the repository's results/references/ (committed) and in the user's
+// Rendered references are expensive, so they are kept: in the repository's experiments/references/ (committed) and in the user's
 // cache.
 //
 // A file is named for what it depends on, <scene hash>-d<depth>-<width>x<height>.exr, and carries how it was made. An image
@@ -36,7 +36,7 @@ class ReferenceCache {
  public:
   // Searched in order; files are stored in the last directory.
   explicit ReferenceCache(std::vector<std::string> directories) : directories_(std::move(directories)) {}
-  // Searches results/references above `beside` (an experiment's path, or "") or in the source tree, then the user's cache.
+  // Searches experiments/references above `beside` (an experiment's path, or "") or in the source tree, then the user's cache.
   static ReferenceCache standard(const std::string& beside);
 
   static std::string key(const Scene& scene, ivec2 resolution);
