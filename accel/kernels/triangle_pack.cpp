@@ -7,7 +7,7 @@ namespace etendue {
 
 template <int width>
 TrianglePack<width>::TrianglePack() {
-  // Of either sign, so that the edge functions' mostly differ and a lane does not count as one that the ray may meet.
+  // Both signs stand here, so that the edge functions' mostly differ and a lane does not count as one that the ray may meet.
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   for (int corner = 0; corner < 3; ++corner) std::fill_n(&vertices[corner][0][0], 3 * width, corner == 1 ? -nan : nan);
   std::fill_n(ids, width, no_id);

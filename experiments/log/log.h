@@ -59,7 +59,8 @@ struct ManifestRecord {
   std::uint64_t memory_bytes = 0;
 };
 
-// Of the program, how it was built, and the machine; with its id. `title` and `experiment_hash` may be empty (a single render).
+// Names the program, how it was built, and the machine, and has an id. `title` and `experiment_hash` may be empty (a single
+// render).
 ManifestRecord make_manifest(const std::string& title, const std::string& experiment_hash, int threads);
 
 std::string version_text();  // "etendue 0.1.0 (commit)"

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int rays_across = 4;  // of a pixel, where a mean is taken
 
-// Of the surface that a material is part of, for light along its normal.
+// Gives the albedo of the surface that a material is part of, for light along its normal.
 struct AlbedoStraightOn {
   const std::vector<Texture>& textures;
   const vec2& uv;

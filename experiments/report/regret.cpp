@@ -74,7 +74,7 @@ std::vector<Contest> find_contests(const ReportData& data) {
   return contests;
 }
 
-// Of one method over all contests; one without an image by then counts as an endless regret.
+// What one method loses over all contests; one without an image by then counts as an endless regret.
 struct Loss {
   std::string name, shown;
   bool chooses = false;

@@ -6,7 +6,7 @@
 
 namespace etendue {
 
-// Of a method: its error over the least that any method of the experiment has at that time, at each scene's common time
+// A method's regret is its error over the least that any method of the experiment has at that time, at each scene's common time
 // (ReportData), a quarter and a sixteenth of it. The choices of the method `auto` are judged, without which it is empty; what
 // always taking one method loses stands beside them. The table `regret` has a row for each scene and time, `regrets` one for
 // each method, with its median and worst over all of them.

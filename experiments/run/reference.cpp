@@ -175,7 +175,7 @@ double brightest_light(const Scene& scene) {
   return std::max({brightest.x, brightest.y, brightest.z});
 }
 
-// Of a mean of two estimators' images, the first with this weight: the part of a squared error against it that is its noise.
+// The part of a squared error that is noise of its reference: a mean of two estimators' images, the first with this weight.
 struct Floors {
   double mse, relmse;
 };

@@ -35,7 +35,7 @@ double exact_p(const std::vector<std::size_t>& ranks, std::size_t count, std::si
   for (const std::size_t rank : ranks)
     for (std::size_t n = count; n > 0; --n)
       for (std::size_t s = total; s + 1 > rank; --s) ways[n][s] += ways[n - 1][s - rank];
-  // Of the total, N parts of the sum's scale; whole numbers on both sides.
+  // Scaled by N, so that there are whole numbers on both sides.
   const auto off = [&](std::size_t s) {
     const auto scaled = static_cast<double>(s * ranks.size()), mean = static_cast<double>(count * total);
     return std::abs(scaled - mean);

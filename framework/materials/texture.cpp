@@ -22,7 +22,7 @@ float folded(float s, Wrap wrap) {
   return wrap == Wrap::mirror ? s - 2 * std::floor(0.5f * s) : std::clamp(s, -1.0f, 2.0f);
 }
 
-// Of a folded coordinate: -1 to size, which needs no division where an image repeats.
+// Takes a folded coordinate, -1 to size, which needs no division where an image repeats.
 int wrapped(int i, int size, Wrap wrap) {
   switch (wrap) {
     case Wrap::repeat:

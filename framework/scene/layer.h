@@ -1,10 +1,10 @@
 // Which surfaces that lie in one place are lit one beside the other.
 //
-// Of opaque surfaces one above the other the upper one has the light, and what lands within a kernel's radius counts for both.
-// Where a mask lets a part of the light through (Shape::mask), the sheet and what lies beneath are lit both, and to take the
-// photons of one for those of the other would count light twice. So such a place of a sheet is a layer by itself: light on it
-// counts for its own shape alone. Where a mask stops all light or none, its shape is a surface like others, lest the borders of
-// leaves and holes lose light.
+// Where opaque surfaces lie one above the other the upper one has the light, and what lands within a kernel's radius counts for
+// both. Where a mask lets a part of the light through (Shape::mask), the sheet and what lies beneath are lit both, and to take
+// the photons of one for those of the other would count light twice. So such a place of a sheet is a layer by itself: light on
+// it counts for its own shape alone. Where a mask stops all light or none, its shape is a surface like others, lest the borders
+// of leaves and holes lose light.
 #pragma once
 
 #include <cstdint>

@@ -116,7 +116,7 @@ float PixelFilter::sample(const Axis& axis, const Part& part, float u) {
 vec2 PixelFilter::place(const vec2& u, std::uint64_t pixel, std::uint32_t index) const {
   const auto& [x, y] = axes_;
   if (!is_signed()) return 0.5f + vec2(sample(x, x.positive, u.x), sample(y, y.positive, u.y));
-  // Of two products of parts with the sample's sign, the first number chooses, and is used again.
+  // The first number chooses between two products of parts with the sample's sign, and is used again.
   const bool negative = is_negative(pixel, index);
   const double first = x.positive.mass * (negative ? y.negative : y.positive).mass;
   const double second = x.negative.mass * (negative ? y.positive : y.negative).mass;

@@ -141,7 +141,7 @@ void describe(Visitor& v, GlossyFurnaceParams& p) {
   v.flag("veil", p.veil, "a sphere of index 1 about the mirror: no shadow ray gets through, the image stays the same");
 }
 
-// Of n photons that arrive evenly within a kernel, a narrow lobe makes an estimate of relative variance
+// From n photons that arrive evenly within a kernel, a narrow lobe makes an estimate of relative variance
 // 1 / (12 alpha^2 cos^2 n), cos to the viewer: pi times the integral of f^2 cos, over the albedo squared.
 Scene make_glossy_furnace(const GlossyFurnaceParams& params) {
   SceneBuilder b("builtin:glossy-furnace");

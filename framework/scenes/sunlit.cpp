@@ -47,7 +47,7 @@ void describe(Visitor& v, SunlitBallParams& p) {
   describe(v, static_cast<VeilParams&>(p));
 }
 
-// Of the ball a kernel of radius r cuts out a cap of area pi r^2, whose mean cosine to the sun is 1 - (r / 2R)^2 of that in its
+// A kernel of radius r cuts a cap of area pi r^2 out of the ball, whose mean cosine to the sun is 1 - (r / 2R)^2 of that in its
 // middle: so much light a box kernel finds of what there is, as long as the sun reaches the whole cap.
 Scene make_sunlit_ball(const SunlitBallParams& params) {
   const float r = params.radius;

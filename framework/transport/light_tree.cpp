@@ -261,7 +261,7 @@ class LightTree::Builder {
 
 LightTree::LightTree(std::span<const Emitter> lights) { Builder(*this, lights); }
 
-// Of all four children at once, without a branch.
+// Weighs all four children at once, without a branch.
 LightTree::Weights LightTree::importance(const Node& node, const vec3& position) {
   const Four x = position.x - load(node.x), y = position.y - load(node.y), z = position.z - load(node.z);
   const Four radius = load(node.radius), radius2 = radius * radius;

@@ -70,7 +70,7 @@ inline void add_reliefs(const Scene& scene, const Hit* hits, const std::uint32_t
   }
 }
 
-// Of the triangles of the world that `which` hits met.
+// Gives the surfaces of the world's triangles that `which` hits met.
 inline SurfaceOf<F> surface_of_triangles(const Scene& scene, const Hit* hits, const std::uint32_t* which,
                                          const WideVec3& direction) {
   const Object& world = scene.objects[0];
@@ -98,7 +98,7 @@ inline SurfaceOf<F> surface_of_triangles(const Scene& scene, const Hit* hits, co
   return point;
 }
 
-// Of surfaces that are worked out already.
+// Gathers surfaces that are worked out already.
 inline SurfaceOf<F> surface_of_points(const SurfacePoint* points, const std::uint32_t* which, bool uses_uvs) {
   Rows<18> rows{};
   for (int row = 0; row < width; ++row) {

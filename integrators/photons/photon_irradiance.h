@@ -27,7 +27,7 @@ namespace etendue {
 
 class PhotonIrradiance {
  public:
-  // Of a map's photons at `sample_points`, photons that are independent of them.
+  // Takes a map's irradiance at `sample_points`, photons that are independent of the map's.
   PhotonIrradiance(const PhotonMap& map, const Photons& sample_points, std::unique_ptr<PointQuery> query);
 
   struct Found {

@@ -9,8 +9,8 @@ namespace etendue {
 namespace {
 
 constexpr int fewest_photons = 200000;  // by default
-// Of caustic photons that are new in every iteration: the iterations until there are all, and the least part of the disc over k
-// of them that counts.
+// Where caustic photons are new in every iteration, these are the iterations until there are all, and the least part of the
+// disc over k of them that counts.
 constexpr double growing_passes = 16;
 constexpr float least_share = 0.2f;
 constexpr float least_caustic_share = 0.1f;

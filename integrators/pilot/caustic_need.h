@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-// Of the rays that leave a diffuse surface, so many must meet a light by way of specular surfaces where most light is such:
+// So many of the rays that leave a diffuse surface must meet a light by way of specular surfaces where most light is such:
 // four of the 256 rays of a record, which many pixels share, and more of paths that share less.
 inline constexpr double enough_hits_of_records = 4.0 / 256, enough_hits_of_cells = 0.03;
 

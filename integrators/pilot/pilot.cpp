@@ -63,7 +63,7 @@ void look_at_paths(RenderContext& small, PilotFindings& findings) {
       (rays_so_far() - before) / (static_cast<double>(groups[0].pixels.size()) * path_groups * paths_a_group);
 }
 
-// Of one pixel of the small image.
+// What one pixel of the small image found.
 struct Seen {
   int vertices = 0, diffuse = 0, by_specular = 0, probes = 0, caustics = 0;
   float brightest = 0;          // luminance of what they find by way of specular surfaces

@@ -31,7 +31,7 @@ struct SampledLight {
     mean += contribution;
     square += contribution * contribution / std::max(chance, 1e-30);
   }
-  // Of one sample as it is: so many make the error as large as the mean.
+  // A single sample has this variance: so many make the error as large as the mean.
   double relative_variance() const { return mean > 0 ? square / (mean * mean) : 0; }
 };
 

@@ -43,8 +43,8 @@ TEST(CausticLight, ThroughAVeilIsThatOfTheClosedForm) {
   }
 }
 
-// Of lights by way of a specular surface, seen by way of one; of a lamp that no path finds; of a mirror that is nearly a
-// delta lobe, and of a rough one.
+// The scenes have lights by way of a specular surface, seen by way of one; a lamp that no path finds; a mirror that is nearly a
+// delta lobe, and a rough one.
 TEST(CausticLight, SeenBySpecularSurfacesIsThatOfTheClosedForm) {
   for (const char* method : caches) {
     for (const char* scene : {"builtin:water?camera=above", "builtin:mirror?view=both", "builtin:veiled-lamp?radius=0.0005",

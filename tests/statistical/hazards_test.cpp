@@ -94,7 +94,7 @@ TEST(Hazards, FewNearestPhotonsScatterAsTheirNumber) {
   expect_figure({"builtin:sunlit-field", "photon-map", params, 1, "relmse", 1.0 / 8, 0.02});
 }
 
-// Of the chance p = (a/d)^2 cos to find a lamp of radius a, n samples have a relative variance of (1 - p) / (n p): the mean
+// With the chance p = (a/d)^2 cos to find a lamp of radius a, n samples have a relative variance of (1 - p) / (n p): the mean
 // over this view is 0.00514 a^-2 at 256 samples.
 TEST(Hazards, SmallLampsBehindGlassScatterAsTheirSolidAngle) {
   expect_figure({"builtin:veiled-lamp?radius=0.2", "path", independent(), 64, "relmse", 4 * 0.1256, 0.06});

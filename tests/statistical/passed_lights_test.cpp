@@ -87,7 +87,7 @@ TEST(PassedLights, EmitAllAndStopAShare) {
   }
 }
 
-// Of a sphere that emits inwards the far side is seen through the near one.
+// The far side of a sphere that emits inwards is seen through the near one.
 TEST(PassedLights, ShowTheInsideOfASphere) {
   const double seen = square(0.5 / height);  // sine of its half angle, squared
   for (const bool inward : {false, true})

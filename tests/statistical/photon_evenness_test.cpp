@@ -13,7 +13,7 @@ using testing::origin;
 using testing::SceneContext;
 using testing::white_plane;
 
-// Of photons uniform in the disc of radius 1 / 2, whose power depends on where they are.
+// Takes photons uniform in the disc of radius 1 / 2, whose power depends on where they are.
 template <class Power>
 float unevenness(int photons, Pcg32& random, const Power& power) {
   DiscMoments moments({0, 0, 1}, 0.25f);

@@ -86,6 +86,17 @@ TEST(House, RoomsAreSmall) {
   }
 }
 
+// A comment says what something is or does. One that begins with "Of" leaves that to the name below it.
+TEST(House, CommentsHaveASubject) {
+  for (const char* floor : {"framework", "accel", "integrators", "experiments", "tests"})
+    each_source(floor, [&](const fs::path& path, const std::string& text) {
+      std::istringstream lines(text);
+      for (std::string line; std::getline(lines, line);)
+        if (const auto start = line.find_first_not_of(' '); start != line.npos && line.compare(start, 6, "// Of ") == 0)
+          ADD_FAILURE() << path << ": " << line;
+    });
+}
+
 // Those of the C library differ between libraries and processors. Metrics and files for the eye may: no image depends on them.
 TEST(House, ElementaryFunctionsAreOurs) {
   const std::regex call(

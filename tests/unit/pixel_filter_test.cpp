@@ -60,7 +60,7 @@ TEST(PixelFilter, ABoxOfOnePixelIsNone) {
   EXPECT_NEAR(box.place({0.25f, 0.75f}, 7, 3).y, 0.75f, 1e-6f);
 }
 
-// Of any first samples of a pixel, as many are negative as the filter has of negative parts, to within one.
+// Among any first samples of a pixel, as many are negative as the filter has of negative parts, to within one.
 TEST(PixelFilter, NegativeSamplesAreSpreadEvenly) {
   const PixelFilter lanczos(filter_shapes.back());
   double expected = 0;

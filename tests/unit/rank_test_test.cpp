@@ -22,7 +22,7 @@ TEST(RankTest, SamplesApartHaveTheLeastP) {
   EXPECT_DOUBLE_EQ(rank_test(Values{1}, Values{2}).p, 1);
 }
 
-// Of the ten ways to draw two of {1, 2, 3, 4, 5} four have a rank sum of at most 4 or at least 8: {1,2} {1,3} {3,5} {4,5}.
+// Four of the ten ways to draw two of {1, 2, 3, 4, 5} have a rank sum of at most 4 or at least 8: {1,2} {1,3} {3,5} {4,5}.
 TEST(RankTest, CountsWhatLiesAsFarOrFarther) {
   EXPECT_DOUBLE_EQ(rank_test(Values{10, 30}, Values{20, 40, 50}).p, 0.4);
   EXPECT_DOUBLE_EQ(rank_test(Values{20, 40, 50}, Values{10, 30}).p, 0.4) << "it has no side";

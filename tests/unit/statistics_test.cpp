@@ -177,7 +177,7 @@ TEST(Arrival, MedianIsATimeOnlyIfMoreThanHalfArrived) {
   EXPECT_EQ(half.median.kind, Kind::never);
   EXPECT_EQ(half.arrived, 2u);
   EXPECT_EQ(half.count, 4u);
-  // Of one that was there earlier than it was looked for, the mean with another is a bound.
+  // Where one was there earlier than it was looked for, the mean with another is a bound.
   for (const auto& [first, second] : {std::pair{1.0, 3.0}, {3.0, 1.0}}) {
     const ArrivalMedian early = median_arrival(std::vector<Arrival>{{Kind::before, first}, {Kind::at, second}});
     EXPECT_EQ(early.median.kind, Kind::before);

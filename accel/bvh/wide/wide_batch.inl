@@ -31,8 +31,8 @@ Bounds box_of(const WideNode<node_width>& root) {
   return box;
 }
 
-// Of packet_size rays, those that may meet a box, a bit each. The others meet nothing in it: the test is that of box_test.h
-// with a ray in each lane, but that an axis along which a reciprocal is infinite restricts nothing.
+// Finds those of packet_size rays that may meet a box, a bit each. The others meet nothing in it: the test is that of
+// box_test.h with a ray in each lane, but that an axis along which a reciprocal is infinite restricts nothing.
 template <class Simd>
 std::uint64_t rays_meeting(const Bounds& box, std::span<const Ray> rays) {
   using Rays = typename Simd::template Floats<16>;

@@ -25,7 +25,7 @@ namespace etendue {
 
 namespace {
 
-// Of each figure of the trials an array, in the order of the seeds; of the images that are the same, their seeds.
+// Keeps each figure of the trials as an array, in the order of the seeds, and the seeds of images that are the same.
 struct TrialColumns {
   std::vector<std::uint64_t> seeds, same_images;
   std::vector<double> errors, switched_errors, cpu_s, switched_cpu_s;

@@ -78,8 +78,8 @@ Table remedies_table(const std::vector<MendedCell>& cells);
 Table hidden_table(const StressMap& map);
 void add_hidden(const StressMap& map, KindReport& report);
 
-// Of a heat map: its rows at the points that all of them have, with thresholds and what theory expects of them; and every
-// point of all maps.
+// The first has a heat map's rows at the points that all of them have, with thresholds and what theory expects of them; the
+// second has every point of all maps.
 Table grid_table(const StressRow& grid);
 Table grid_points_table(const StressMap& map);
 // How many rows hold the threshold expected; "" where none is.

@@ -214,7 +214,7 @@ class Viewer {
     });
     this.paintSheet();
   }
-  // Of images that the page itself holds; others would be read from disk for a thumbnail.
+  // Shows images that the page itself holds; others would be read from disk for a thumbnail.
   async paintSheet() {
     const {images} = this.scene;
     if (!this.hasMaps) return;

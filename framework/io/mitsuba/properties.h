@@ -56,7 +56,8 @@ class Properties {
 
   void ignore(std::initializer_list<std::string_view> names) const;
   void ignore_all() const;
-  // Of objects whose other properties change nothing here: what looks like a known name and is none is an error all the same.
+  // Serves objects whose other properties change nothing here: what looks like a known name and is none is an error all the
+  // same.
   void finish_but_for_others() const;
   void finish() const;
   [[noreturn]] void fail(std::string_view name, const std::string& what) const;

@@ -106,7 +106,7 @@ EnvironmentLight preetham_sky(const vec3& towards_sun, float turbidity) {
   return light;
 }
 
-// Of 128 klx outside of the atmosphere; Rayleigh's and the haze's optical depths at 610, 550 and 465 nm.
+// The sun has 128 klx outside of the atmosphere, which Rayleigh's and the haze's optical depths at 610, 550 and 465 nm weaken.
 Rgb sun_irradiance(const vec3& towards_sun, float turbidity) {
   const double height = std::max(towards_sun.y, 0.02f);
   const double air_mass = 1 / height, beta = 0.04608 * turbidity - 0.04586;

@@ -145,7 +145,7 @@ MitsubaReader::TextureValue MitsubaReader::image_texture(const Properties& of, R
   return Texture(std::move(texture));
 }
 
-// Of an image with an alpha channel that one is meant, although Mitsuba takes the colours.
+// Takes the alpha channel of an image that has one, although Mitsuba takes the colours.
 MitsubaReader::TextureValue MitsubaReader::opacity(const XmlElement& element) {
   if (is_colour(element)) return read_colour(element, ColourUse::reflectance);
   const Properties of = properties(element);
@@ -213,7 +213,7 @@ std::uint32_t MitsubaReader::image_of_light(Texture image, Rgb& radiance) {
 
 TexturedRgb MitsubaReader::reflectance(const Properties& of, std::string_view name, const Rgb& otherwise, bool& textured,
                                        float internal_reflectance) {
-  // Of a base under a coat: the one whose inner reflections, summed, give this one without them.
+  // Gives the base under a coat whose inner reflections, summed, give this one without them.
   const auto summed = [&](const Rgb& c) { return c / (1.0f - internal_reflectance * (1.0f - c)); };
   const XmlElement* element = of.element(name);
   if (!element || is_colour(*element)) return summed(element ? read_colour(*element, ColourUse::reflectance) : otherwise);

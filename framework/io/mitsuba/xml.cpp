@@ -165,7 +165,7 @@ void XmlTree::replace_names(XmlElement& element) {
     if (attribute.value.find('$') != std::string::npos) attribute.value = replaced(element, attribute);
 }
 
-// Of several names that fit, the longest.
+// The longest is meant of several names that fit.
 std::string XmlTree::replaced(const XmlElement& element, const XmlAttribute& attribute) {
   const std::string& text = attribute.value;
   std::string result;

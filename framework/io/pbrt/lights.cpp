@@ -84,7 +84,7 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   params.finish();
 }
 
-// Of lights, version 3 takes the integers of an image as they are.
+// For a light, version 3 takes the integers of an image as they are.
 RgbImage PbrtReader::image_file_of_light(PbrtLexer& lexer, const PbrtParams& params, std::string_view param) {
   const std::string file = params.string(param, "");
   RgbImage image = files_.image(file, *lexer.file(), params.where(param), version3_ ? Encoding::linear : Encoding::srgb);

@@ -173,7 +173,7 @@ Material PbrtReader::make_substrate(const PbrtParams& params, MaterialEntry& ent
                      isotropic_alpha(params, 0.1f, true, RoughnessBy::axis), entry);
 }
 
-// Of its lobes the one with most weight: metal, rough glass, or the diffuse one under its dielectric coat.
+// Takes the lobe with most weight: metal, rough glass, or the diffuse one under its dielectric coat.
 Material PbrtReader::make_disney(const PbrtParams& params, MaterialEntry& entry) {
   const bool metallic = number(params, "metallic", 0, 0, 1) > 0.5f, glassy = number(params, "spectrans", 0, 0, 1) > 0.5f;
   const float eta = refractive_index(params, 1.0001f), alpha = std::max(square(number(params, "roughness", 0.5f, 0, 1)), 1e-3f);

@@ -89,7 +89,7 @@ std::uint32_t PbrtReader::add_mask(const PbrtParams& params, TriangleMesh& mesh,
   return no_id;
 }
 
-// Of the shape's alpha and its material's opacity, of which one at least varies.
+// Joins the shape's alpha and its material's opacity, of which one at least varies.
 Field PbrtReader::opacity_field(const PbrtParams& params, TextureEntry* alpha) {
   const MaterialEntry& entry = materials_[attributes_.material];
   if (!alpha) return entry.opacity;

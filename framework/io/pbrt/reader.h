@@ -292,7 +292,7 @@ class PbrtReader {
   TextureEntry scaled_texture(const PbrtParams& params, TextureMap& textures);
   TextureEntry mixed_texture(const PbrtParams& params, TextureMap& textures);
   Field field_of(const TextureEntry& entry);
-  // Of an entry that is one: for a copy of it, for which there must be room.
+  // The texture of an entry that is one, to be copied: there must be room for it.
   const Texture& texture_to_copy(const TextureEntry& entry);
   Field field_operand(const PbrtParams& params, std::string_view name, const Rgb& otherwise, TextureMap& textures);
   Rgb mean_operand(const PbrtParams& params, std::string_view name, const std::string& texture, TextureMap& textures);

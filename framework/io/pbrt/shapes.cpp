@@ -162,7 +162,7 @@ ShapeLook PbrtReader::look(const PbrtParams& params, bool flip_normal, std::uint
   return {material, flip_normal, glow, mask};
 }
 
-// Of a light that states its power: the radiance of all of its area.
+// Gives a light that states its power the radiance of all of its area.
 void PbrtReader::spread_power(ShapeLook& look, double area, std::size_t shapes) const {
   if (!look.glow || !attributes_.glows_by_power) return;
   look.glow->radiance *= static_cast<float>(static_cast<double>(shapes) / (pi * area * (look.glow->two_sided ? 2 : 1)));
@@ -216,7 +216,7 @@ std::uint32_t PbrtReader::baked_over_uv(const Field& field, Baked values, const 
   return baked_.back().texture;
 }
 
-// Of what depends on the place. The mesh gets other texture coordinates, over which all of it is baked.
+// Serves what depends on the place: the mesh gets other texture coordinates, over which all of it is baked.
 std::uint32_t PbrtReader::material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params) {
   if (open_definition_)
     approximate(params.where(), "a texture that depends on the place, on an object of which there are instances",

@@ -20,7 +20,7 @@ Field make_field(std::function<Rgb(const TexturePlace&)> at, bool uses_position)
   return std::make_shared<const TextureField>(TextureField{std::move(at), uses_position, 0, 1});
 }
 
-// Of solid textures. Version 3 looks them up by the transform itself where its inverse is meant (IdentityMapping3D).
+// Places solid textures. Version 3 looks them up by the transform itself where its inverse is meant (IdentityMapping3D).
 Transform solid_mapping(const Transform& to_world, bool version3) { return version3 ? to_world : to_world.inverse(); }
 
 bool is_even(float n) { return std::fmod(std::abs(n), 2.0f) == 0; }

@@ -118,7 +118,7 @@ class CachedLight {
     double bias = 0;               // weighted sum
   };
 
-  // Of one pixel where the filter is signed: its sampled part and the weights of both.
+  // Holds a pixel's sampled part and the weights of both parts, where the filter is signed.
   struct Signed {
     dvec3 sampled{0};
     double of_sampled = 0, of_cached = 0;

@@ -49,7 +49,7 @@ struct TangentEigen {
   dvec2 axis;
 };
 TangentEigen eigen(const TangentMatrix& m);
-// Of eigenvalue `a` along the unit vector u, and `b` across.
+// Has eigenvalue `a` along the unit vector u, and `b` across.
 TangentMatrix tangent_matrix(double a, double b, const dvec2& u);
 
 }  // namespace etendue
