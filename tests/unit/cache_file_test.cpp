@@ -345,7 +345,8 @@ TEST(SavedCache, KeepsWhatWasDecidedOfCaustics) {
       const std::string cache = with(made).cache;
       EXPECT_EQ(with("auto", cache).hash, with(made, cache).hash) << method << ' ' << made;
     }
-    EXPECT_EQ(with("auto", with("auto").cache).hash, with("off", with("off").cache).hash) << method;
+    const char* decided = method == std::string("hash-cache") ? "on" : "off";
+    EXPECT_EQ(with("auto", with("auto").cache).hash, with(decided, with(decided).cache).hash) << method;
     EXPECT_THROW(with("off", with("on").cache), Error) << method;
   }
 }
