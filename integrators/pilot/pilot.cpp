@@ -65,14 +65,16 @@ void look_at_paths(RenderContext& small, PilotFindings& findings) {
 
 // What one pixel of the small image found.
 struct Seen {
-  int vertices = 0, diffuse = 0, by_specular = 0, probes = 0, caustics = 0;
-  float brightest = 0;          // luminance of what they find by way of specular surfaces
-  double light = 0;             // luminance of what the samples find, summed,
-  double behind_glass = 0;      // and of what they would if glass bent no light of points, spots and directions
-  double inverse_distance = 0;  // summed over the probes, 1/m
-  double area = 0;              // of a real pixel's footprint, summed over the vertices, m^2
-  std::vector<vec3> positions;  // of the vertices,
-  std::vector<vec3> sides;      // and the normals of the sides that are seen; 0: light passes, and both sides are
+  int vertices = 0, diffuse = 0, by_specular = 0;
+  int probes = 0, caustics = 0;                // rays of diffuse vertices, and those that met light by way of specular surfaces
+  int glossy_probes = 0, glossy_caustics = 0;  // the same of the others
+  float brightest = 0;                         // luminance of what probes find by way of specular surfaces
+  double light = 0;                            // luminance of what the samples find, summed,
+  double behind_glass = 0;                     // and of what they would if glass bent no light of points, spots and directions
+  double inverse_distance = 0;                 // summed over the probes, 1/m
+  double area = 0;                             // of a real pixel's footprint, summed over the vertices, m^2
+  std::vector<vec3> positions;                 // of the vertices,
+  std::vector<vec3> sides;  // and the normals of the sides that are seen; 0: light passes, and both sides are
 };
 
 class Vertices {
@@ -90,7 +92,8 @@ class Vertices {
   void look(PilotFindings& findings, ivec2 real_resolution) {
     parallel_pixels(small_.resolution, [&](ivec2 pixel) { look(pixel); });
     findings.direct_error = error_of_one(groups_, 1);
-    double vertices = 0, diffuse = 0, by_specular = 0, records = 0, probes = 0, caustics = 0, light = 0, behind_glass = 0;
+    double vertices = 0, diffuse = 0, by_specular = 0, records = 0, light = 0, behind_glass = 0;
+    double probes = 0, caustics = 0, glossy_probes = 0, glossy_caustics = 0;
     for (const Seen& seen : seen_) {
       vertices += seen.vertices;
       diffuse += seen.diffuse;
@@ -98,6 +101,8 @@ class Vertices {
       records += records_a_pixel(seen);
       probes += seen.probes;
       caustics += seen.caustics;
+      glossy_probes += seen.glossy_probes;
+      glossy_caustics += seen.glossy_caustics;
       brightest_ = std::max(brightest_, seen.brightest);
       light += seen.light;
       behind_glass += seen.behind_glass;
@@ -112,7 +117,7 @@ class Vertices {
       findings.diffuse = diffuse / vertices;
       findings.by_specular = by_specular / vertices;
     }
-    if (probes > 0) findings.caustic_hits = caustics / probes;
+    if (probes + glossy_probes > 0) findings.caustic_hits = probes > 0 ? caustics / probes : glossy_caustics / glossy_probes;
     if (behind_glass > 0) behind_glass_ = behind_glass / (light + behind_glass);
     findings.records = records * static_cast<double>(real_resolution.x) * real_resolution.y / small_pixels;
   }
@@ -162,7 +167,16 @@ class Vertices {
     const vec3 facing = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
     seen.positions.push_back(point.position);
     seen.sides.push_back(bsdf.transmits() ? vec3(0) : facing);
-    if (is_black(bsdf.diffuse_albedo())) return;
+    if (is_black(bsdf.diffuse_albedo())) {
+      const float u_lobe = probe.get_1d();
+      if (const BsdfSample lobe = bsdf.sample(wo, u_lobe, probe.get_2d())) {
+        const Ray ray = spawn_ray(point, lobe.wi);
+        const Hit hit = trace(small_, ray);
+        ++seen.glossy_probes;
+        if (hit && light_by_specular(ray, hit, probe) > 0) ++seen.glossy_caustics;
+      }
+      return;
+    }
     ++seen.diffuse;
     const float cosine = std::max(0.05f, std::abs(glm::dot(point.normal, wo)));
     seen.area += solid_angle_ * square(small_.scene.camera.spread(distance)) / cosine;

@@ -38,7 +38,8 @@ struct PilotFindings {
   // The part of it that no path finds: from points, spots and directions, and from lights that are far brighter than any that
   // paths met by way of specular surfaces.
   double unmet_caustics = 0;
-  // How likely a path from a diffuse vertex meets a light by way of specular events: that is how paths find caustics.
+  // How likely a path from a diffuse vertex meets a light by way of specular events: that is how paths find caustics. Where no
+  // vertex is diffuse, it is a path that leaves by the vertex's own lobe.
   double caustic_hits = 0;
   // How much denser caustic photons lie about one of them than they would if they lay evenly over what is seen.
   double caustic_contrast = 0;

@@ -231,7 +231,7 @@ TEST(CausticNeed, IsThereWherePathsMeetTheLightTooSeldom) {
     for (const char* scene : {"builtin:cornell-spheres", "builtin:glass-caustic", "builtin:slit-light", "builtin:veiled-lamp",
                               "builtin:water", "builtin:edge"})
       EXPECT_TRUE(wanted(scene, enough)) << scene;
-    for (const char* scene : {"builtin:broad-light", "builtin:white-furnace", "builtin:cornell-box"})
+    for (const char* scene : {"builtin:broad-light", "builtin:white-furnace", "builtin:glossy-furnace", "builtin:cornell-box"})
       EXPECT_FALSE(wanted(scene, enough)) << scene;
   }
   for (const char* scene : {"builtin:two-occluders", "builtin:thin-wall", "builtin:black-surroundings"}) {
