@@ -13,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double false_alarm_rate = 1e-3;
+constexpr double false_alarm_rate = 1e-3, indifference = 1e-3;  // the latter of the image's mean
 
 struct Moments {
   double mean = 0, variance = 0;  // of one value, unbiased
@@ -82,7 +82,7 @@ void find_worst_block(std::span<const Image> images, const Image& reference, dou
 struct MeanTest {
   std::span<const Image> images;
   const Image& reference;
-  double level, indifference, samples;  // of the reference; of that; per pixel
+  double level, samples;  // of the reference; per pixel
 
   // `each`: the level of this test. What no sample may have shown is allowed.
   double allowed(ivec2 begin, ivec2 end, double each) const {
@@ -127,8 +127,7 @@ double brightest_about(const Image& reference, ivec2 at, int channel) {
 
 }  // namespace
 
-AgainstReference hold_against(std::span<const Image> images, const Image& reference, std::uint64_t samples,
-                              double indifference) {
+AgainstReference hold_against(std::span<const Image> images, const Image& reference, std::uint64_t samples) {
   CHECK_GT(samples, std::uint64_t{0});
   CHECK_GT(images.size(), std::size_t{1});
   for (const Image& image : images) CHECK(image.size == reference.size);
@@ -142,7 +141,7 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
   result.channel_ratio = channel_ratios(images, reference);
   find_worst_block(images, reference, level, result);
   const double group_level = sidak_level(false_alarm_rate, 3);
-  test_means({images, reference, level, indifference, static_cast<double>(samples)}, group_level, result);
+  test_means({images, reference, level, static_cast<double>(samples)}, group_level, result);
   result.tests = 3 * reference.pixels.size();
   const double each = sidak_level(group_level, result.tests);
   const double unseen = std::min(1.0, std::log(1 / each) / static_cast<double>(samples));

@@ -4,7 +4,7 @@
 // The image's mean, the means of 8 x 8 blocks and each pixel's channel are held to the reference by t-tests over the seeds. All
 // of them together have a false-alarm rate of 0.1 % by Sidak's correction ([Sidak1967]), of which the mean, the blocks and the
 // pixels have a third each: few seeds leave each of many pixels uncertain, and yet tell the mean. The reference counts as
-// exact: where its noise is not far below that of the seeds' mean, tests fail for it. Differences below `indifference` of the
+// exact: where its noise is not far below that of the seeds' mean, tests fail for it. Differences below a thousandth of the
 // image's mean pass, as other programs' rounding makes them.
 //
 // A t-test believes the spread that it sees, and few samples may have missed what a pixel's filter or a light shows rarely.
@@ -25,8 +25,6 @@ namespace etendue {
 inline constexpr int reference_blocks = 8;  // along either side of the image
 
 struct AgainstReference {
-  static constexpr double usual_indifference = 1e-3;
-
   double ratio = 0, ratio_error = 0;  // of the images' mean to the reference's; its standard error
   double mean_allowed = 0;            // what that ratio may be off by, its error apart
   double mean_t = 0, mean_limit = 0;  // the means' difference beyond that, in standard errors; above mean_limit it fails
@@ -49,8 +47,7 @@ struct AgainstReference {
 
 // At least two images, all of the reference's size (CHECK).
 // `samples`: per pixel, of all images together.
-AgainstReference hold_against(std::span<const Image> images, const Image& reference, std::uint64_t samples,
-                              double indifference = AgainstReference::usual_indifference);
+AgainstReference hold_against(std::span<const Image> images, const Image& reference, std::uint64_t samples);
 
 // The mean of each `factor` x `factor` pixels, of an image whose sides are multiples of it (CHECK).
 Image averaged(const Image& image, int factor);

@@ -66,12 +66,11 @@ struct Ratio {
 };
 std::optional<Ratio> geometric_ratio(std::span<const double> a, std::span<const double> b);
 
-// Percentile bootstrap ([Efron1993] ch. 13) over `count` replicates: `statistic` gets the indices of a resample; results that
-// are not finite are left out. Its percentiles are moved outwards as Student's distribution asks ([Hesterberg2015]
+// 95 % percentile bootstrap ([Efron1993] ch. 13) over `count` replicates: `statistic` gets the indices of a resample; results
+// that are not finite are left out. Its percentiles are moved outwards as Student's distribution asks ([Hesterberg2015]
 // section 5.2): the plain ones are too narrow for few replicates. It is deterministic in `seed`, and
 // empty if fewer than half of the resamples gave a figure.
 struct BootstrapOptions {
-  double confidence = 0.95;
   int resamples = 2000;
   std::uint64_t seed = 1;
 };
