@@ -34,15 +34,6 @@ RatePoint diagonal_point(const std::vector<double>& x, const std::vector<double>
   return point;
 }
 
-// The whole matrix of the half that is logged.
-std::vector<double> mirrored(const std::vector<double>& half, std::size_t seeds) {
-  std::vector<double> products(seeds * seeds);
-  std::size_t pair = 0;
-  for (std::size_t i = 0; i < seeds; ++i)
-    for (std::size_t j = i; j < seeds; ++j) products[i * seeds + j] = products[j * seeds + i] = half[pair++];
-  return products;
-}
-
 class Gatherer {
  public:
   Gatherer(const ReportData& data, const SceneData& scene, const Prediction& law)

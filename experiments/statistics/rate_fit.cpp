@@ -129,24 +129,24 @@ std::optional<FitParameters> fit(std::span<const LogPoint> points, Prediction::M
   return model == Prediction::Model::plateau ? fit_plateau(points) : fit_power(points);
 }
 
-// Variance of log y, seed by seed left out; infinite where that is no number.
-double jackknife_variance(const RatePoint& point, const std::string& metric) {
+// Variance of change(y), seed by seed left out; infinite where that is no number, 0 where there are fewer than three.
+double jackknife_variance(const RatePoint& point, const std::string& metric, double (*change)(double)) {
   const std::size_t seeds = point.x.size();
   if (seeds < 3) return 0;
-  std::vector<double> weights(seeds, 1), logs(seeds);
+  std::vector<double> weights(seeds, 1), values(seeds);
   for (std::size_t i = 0; i < seeds; ++i) {
     weights[i] = 0;
-    logs[i] = std::log(rate_value(point, metric, weights));
+    values[i] = change(rate_value(point, metric, weights));
     weights[i] = 1;
   }
   const auto n = static_cast<double>(seeds);
-  const double sd = sample_sd(logs);
+  const double sd = sample_sd(values);
   return std::isfinite(sd) ? (n - 1) * (n - 1) / n * sd * sd : std::numeric_limits<double>::infinity();
 }
 
 // Least-squares weights from all seeds; equal where nothing is known of the points' variances.
 std::vector<double> point_weights(std::span<const RatePoint> points, const std::string& metric) {
-  auto variances = mapped(points, [&](const RatePoint& point) { return jackknife_variance(point, metric); });
+  auto variances = mapped(points, [&](const RatePoint& point) { return jackknife_variance(point, metric, std::log); });
   const double middle = variances.empty() ? 0 : median(variances);
   if (!(middle > 0) || !std::isfinite(middle)) return std::vector<double>(points.size(), 1);
   for (double& variance : variances) variance = std::isfinite(variance) ? 1 / (variance / middle + 1) : 1e-6;
@@ -154,6 +154,15 @@ std::vector<double> point_weights(std::span<const RatePoint> points, const std::
 }
 
 }  // namespace
+
+std::vector<double> mirrored(const std::vector<double>& half, std::size_t seeds) {
+  CHECK_EQ(half.size(), seeds * (seeds + 1) / 2);
+  std::vector<double> products(seeds * seeds);
+  std::size_t pair = 0;
+  for (std::size_t i = 0; i < seeds; ++i)
+    for (std::size_t j = i; j < seeds; ++j) products[i * seeds + j] = products[j * seeds + i] = half[pair++];
+  return products;
+}
 
 double rate_value(const RatePoint& point, const std::string& metric, std::span<const double> weights) {
   const std::size_t seeds = point.x.size();
@@ -196,11 +205,19 @@ RateValue rate_estimate(const RatePoint& point, const std::string& metric) {
   const std::vector<double> ones(point.x.size(), 1);
   RateValue value{rate_abscissa(point, ones), rate_value(point, metric, ones), {}};
   value.interval = {value.y, value.y};
-  const double variance = jackknife_variance(point, metric);
+  const double variance = jackknife_variance(point, metric, std::log);
   if (!(variance > 0) || !(value.y > 0)) return value;
   const double half = student_t_quantile(0.975, static_cast<double>(point.x.size()) - 1) * std::sqrt(variance);
   value.interval = {value.y * std::exp(-half), value.y * std::exp(half)};
   return value;
+}
+
+BiasVariance bias_variance(std::size_t count, const std::vector<double>& half, double reference_variance) {
+  CHECK_LE(std::size_t{2}, count);
+  const std::vector<double> ones(count, 1);
+  const RatePoint point{ones, mirrored(half, count), reference_variance};
+  const double variance = jackknife_variance(point, "bias2", [](double y) { return y; });
+  return {rate_value(point, "bias2", ones), rate_value(point, "variance", ones), std::sqrt(variance), count};
 }
 
 double RateFit::value(double x) const { return amplitude * std::pow(x, exponent) + plateau; }

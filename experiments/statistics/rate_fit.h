@@ -1,4 +1,4 @@
-// The exponent at which an error falls, with an interval over seeds.
+// The exponent at which an error falls, with an interval over seeds, and the split of error into bias and variance.
 //
 // A point of a convergence curve holds its x and, for the seeds i and j, the mean over the region's pixels and channels of the
 // product of their errors, G_ij = mean (x_i - r)(x_j - r). With seeds weighted by how often a resample drew them this gives
@@ -29,6 +29,9 @@ struct RatePoint {
   double offset = 0;             // the reference's own variance, subtracted from mse and bias2
 };
 
+// The whole matrix of the half that is logged: i <= j, row by row (ProductsRecord).
+std::vector<double> mirrored(const std::vector<double>& half, std::size_t seeds);
+
 // The metric at a point from seeds drawn `weights` times each; x as the geometric mean. The metric may come out negative.
 double rate_value(const RatePoint& point, const std::string& metric, std::span<const double> weights);
 double rate_abscissa(const RatePoint& point, std::span<const double> weights);
@@ -39,6 +42,14 @@ struct RateValue {
   Interval interval;
 };
 RateValue rate_estimate(const RatePoint& point, const std::string& metric);
+
+// Squared bias and variance of a method's image from G of `count` >= 2 independent images (CHECK). The squared bias is
+// unbiased, hence negative at times; its standard error is the jackknife's over images, 0 for two.
+struct BiasVariance {
+  double bias_squared = 0, variance = 0, standard_error = 0;
+  std::size_t count = 0;
+};
+BiasVariance bias_variance(std::size_t count, const std::vector<double>& half, double reference_variance);
 
 struct RateFit {
   double exponent = 0, amplitude = 0, plateau = 0;              // y = amplitude x^exponent + plateau

@@ -232,30 +232,4 @@ std::vector<std::size_t> pareto_front(std::span<const dvec2> points) {
   return front;
 }
 
-BiasVariance bias_variance(std::size_t count, std::span<const double> products, double reference_variance) {
-  CHECK_LE(std::size_t{2}, count);
-  CHECK_EQ(products.size(), count * (count + 1) / 2);
-  std::vector<double> own(count), with_others(count, 0);
-  std::size_t pair = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t j = i; j < count; ++j) {
-      const double product = products[pair++];
-      if (i == j) {
-        own[i] = product;
-      } else {
-        with_others[i] += product;
-        with_others[j] += product;
-      }
-    }
-  const auto n = static_cast<double>(count);
-  const double sum = std::accumulate(with_others.begin(), with_others.end(), 0.0);  // over i != j
-  const double mean_of_pairs = sum / (n * (n - 1));
-  BiasVariance result{mean_of_pairs - reference_variance, mean(own) - mean_of_pairs, 0, count};
-  if (count < 3) return result;
-  std::vector<double> without(count);
-  for (std::size_t i = 0; i < count; ++i) without[i] = (sum - 2 * with_others[i]) / ((n - 1) * (n - 2));
-  result.standard_error = (n - 1) / std::sqrt(n) * sample_sd(without);
-  return result;
-}
-
 }  // namespace etendue

@@ -1,5 +1,4 @@
-// Statistics of an experiment's figures: averages, quantiles, intervals, Pareto fronts, and the split of error into bias and
-// variance.
+// Statistics of an experiment's figures: averages, quantiles, intervals and Pareto fronts.
 //
 // Errors are positive and spread over decades, so they are averaged and interpolated in logarithms; a signed figure (bias) is
 // averaged as it is. Seeds are the independent replicates: checkpoints of one run are autocorrelated, so every bootstrap
@@ -115,15 +114,5 @@ ArrivalMedian median_arrival(std::span<const Arrival> arrivals);
 // Indices of the points that no other point beats in both coordinates (less is better), by ascending x; of equal points the
 // first.
 std::vector<std::size_t> pareto_front(std::span<const dvec2> points);
-
-// Squared bias and variance of a method's image, means over pixels and channels, from the products G_ij of the errors of R >= 2
-// independent images (i <= j, row by row; ProductsRecord): the mean of G_ij over i != j is (mean - reference)^2 - s^2 / R, that
-// of G_ii this plus s^2. The reference's own variance is taken from the squared bias, which is unbiased, hence negative at
-// times; its standard error is the jackknife's over images ([Efron1993] ch. 11), 0 for R = 2.
-struct BiasVariance {
-  double bias_squared = 0, variance = 0, standard_error = 0;
-  std::size_t count = 0;
-};
-BiasVariance bias_variance(std::size_t count, std::span<const double> products, double reference_variance);
 
 }  // namespace etendue

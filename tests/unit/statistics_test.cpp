@@ -1,5 +1,6 @@
 #include "experiments/statistics/statistics.h"
 #include "experiments/log/products.h"
+#include "experiments/statistics/rate_fit.h"
 
 #include "framework/core/rng.h"
 
