@@ -192,7 +192,7 @@ const std::map<std::string, Formatter> formatters{{"md", to_markdown}, {"csv", t
 KindReport predictions_report(const ReportData& data) {
   const std::vector<FittedRate> rates = fit_rates(data);
   Predictions predictions = exponent_predictions(rates);
-  predictions.add(ratio_predictions(find_ratios(data)));
+  predictions.add(ratio_predictions(data));
   KindReport report{.answer = predictions_answer(predictions), .id = "predictions", .heading = "Predictions"};
   if (!predictions.rows.empty()) {
     report.section = fmt::format("<p>{}</p>\n", escape_html(predictions_finding(predictions)));

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 namespace etendue {
 namespace {
 
@@ -77,16 +79,21 @@ RunLog three_methods(int seeds) {
   return log;
 }
 
+Predictions predictions_of(const RunLog& log) { return ratio_predictions(arrange(log)); }
+
+double detail_of_ratio(const JudgedPrediction& row, const std::string& key) {
+  return std::map(row.details.begin(), row.details.end()).at(key).order.value();
+}
+
 TEST(Ratios, LogOfKnownRatiosIsJudgedByThem) {
-  const RunLog log = three_methods(10);
-  const ReportData data = arrange(log);
-  const auto ratios = find_ratios(data);
-  ASSERT_EQ(ratios.size(), 2u);
-  EXPECT_NEAR(ratios[0].ratio, 4, 1e-9) << "seed by seed the errors go together";
-  EXPECT_NEAR(ratios[0].rmse, 0.04, 1e-3);
-  ASSERT_TRUE(ratios[0].rmse_interval);
-  EXPECT_TRUE(ratios[0].rmse_interval->contains(ratios[0].rmse));
-  const Predictions predictions = ratio_predictions(ratios);
+  const Predictions predictions = predictions_of(three_methods(10));
+  ASSERT_EQ(predictions.rows.size(), 2u);
+  const JudgedPrediction& first = predictions.rows[0];
+  EXPECT_NEAR(first.value.value(), 4, 1e-9) << "seed by seed the errors go together";
+  EXPECT_EQ(detail_of_ratio(first, "seeds"), 10);
+  EXPECT_NEAR(detail_of_ratio(first, "rmse"), 0.04, 1e-3);
+  EXPECT_LE(detail_of_ratio(first, "rmse_low"), detail_of_ratio(first, "rmse"));
+  EXPECT_GE(detail_of_ratio(first, "rmse_high"), detail_of_ratio(first, "rmse"));
   EXPECT_EQ(predictions.rows[0].verdict, Verdict::confirmed);
   EXPECT_EQ(predictions.rows[1].verdict, Verdict::refuted) << "on the other side of 1";
   const std::string finding = predictions_finding(predictions);
@@ -100,13 +107,11 @@ TEST(Ratios, LogOfKnownRatiosIsJudgedByThem) {
 TEST(Ratios, ReferencesNoiseIsTakenAway) {
   RunLog log = three_methods(3);
   log.references[0].mse_floor = 2e-5;
-  const ReportData data = arrange(log);
-  const auto ratios = find_ratios(data);
-  EXPECT_NEAR(ratios[0].rmse, std::sqrt(square(0.04) - 2e-5), 1e-3);
-  EXPECT_GT(ratios[0].ratio, 4.3);
+  const JudgedPrediction row = predictions_of(log).rows.at(0);
+  EXPECT_NEAR(detail_of_ratio(row, "rmse"), std::sqrt(square(0.04) - 2e-5), 1e-3);
+  EXPECT_GT(row.value.value(), 4.3);
   log.references[0].mse_floor = 1;
-  const ReportData drowned = arrange(log);
-  EXPECT_NE(find_ratios(drowned)[0].problem.find("noise"), std::string::npos);
+  EXPECT_NE(predictions_of(log).rows.at(0).problem.find("noise"), std::string::npos);
 }
 
 // A resample in which both errors fall below the noise has no ratio, though the quotient of two negative numbers is one.
@@ -120,19 +125,16 @@ TEST(Ratios, ResamplesBelowTheReferencesNoiseHaveNone) {
   seeds_have("cache metric=a records=9", 5e-3, 0.9e-3);  // 4e-3 twice and -1e-4 six times
   seeds_have("cache metric=b records=9", 21e-3,
              0.1e-3);  // 2e-2 twice and -9e-4 six times: 9 times as much where no seed is above
-  const ReportData data = arrange(log);
-  const FoundRatio ratio = find_ratios(data).at(0);
-  ASSERT_EQ(ratio.problem, "");
-  ASSERT_TRUE(ratio.ratio_interval);
-  EXPECT_LE(ratio.ratio_interval->high, std::sqrt(5.0) + 1e-9) << "3 is the root of 9e-4 over 1e-4";
+  const JudgedPrediction row = predictions_of(log).rows.at(0);
+  ASSERT_EQ(row.problem, "");
+  ASSERT_TRUE(row.interval);
+  EXPECT_LE(row.interval->high, std::sqrt(5.0) + 1e-9) << "3 is the root of 9e-4 over 1e-4";
 }
 
 TEST(Ratios, FewSeedsHaveNoInterval) {
-  const RunLog log = three_methods(2);
-  const ReportData data = arrange(log);
-  const auto ratios = find_ratios(data);
-  EXPECT_FALSE(ratios[0].ratio_interval);
-  EXPECT_EQ(ratio_predictions(ratios).rows[0].verdict, Verdict::undecided);
+  const JudgedPrediction row = predictions_of(three_methods(2)).rows.at(0);
+  EXPECT_FALSE(row.interval);
+  EXPECT_EQ(row.verdict, Verdict::undecided);
 }
 
 }  // namespace
