@@ -51,7 +51,7 @@ void print_estimate(const std::vector<std::string>& names, Console& console) {
   for (const std::string& name : names) {
     const std::optional<RunLog> log = log_in(committed_folder(name));
     const std::string commit = log ? commit_of(*log) : "never";
-    const double took = log ? seconds_of(*log) : 0;
+    const double took = log ? log->took_s : 0;
     const std::string code = log ? since(name, *log) : "";
     fmt::print("{:<24} {:<20} {:<12} {}\n", name, commit, took > 0 ? format_seconds(took) : "?", code);
     sum += took;

@@ -21,13 +21,6 @@ constexpr KindFigure kind_figures[] = {{"_mrays_per_s", &StructureRecord::mrays_
                                        {"_to_robust_embree", &StructureRecord::to_robust_embree},
                                        {"_batched_to_embree", &StructureRecord::batched_to_embree}};
 
-// Older logs call it "bias", as the metric that is measured.
-void list_declared_bias(auto& f, auto& bias) { f("declared_bias", bias); }
-void list_declared_bias(FieldsIn& f, std::string& bias) {
-  f.maybe("declared_bias", bias);
-  if (bias.empty()) f.maybe("bias", bias);
-}
-
 }  // namespace
 
 void list_fields(auto& f, FieldsOf<ManifestRecord> auto& r) {
@@ -74,7 +67,7 @@ void list_fields(auto& f, FieldsOf<CellRecord> auto& r) {
   f.cell(r.cell);
   MAYBE_FIELDS(parameters, accel_parameters);
   FIELDS(status, error, image, image_hash);
-  list_declared_bias(f, r.bias);
+  f("declared_bias", r.bias);
   FIELDS(mse_exponent, bias_bound, note);
   MAYBE_FIELDS(fallback, chosen, why, chosen_accel, accel_why, out_of_reach);
   f.stamp("image", r.image_stamp);

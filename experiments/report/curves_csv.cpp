@@ -12,17 +12,9 @@ namespace {
 
 using Texts = std::map<std::string, std::string>;
 
-// An older log has parameters in the label alone: "photon-map photons=200000" -> name: photon-map, photons: 200000.
 Texts texts_of(const std::string& label, const Parameters& logged) {
-  const std::vector<std::string> words = words_of(label);
-  Texts texts;
-  if (!words.empty()) texts["name"] = words.front();
+  Texts texts{{"name", label.substr(0, label.find(' '))}};
   for (const auto& [name, value] : logged) texts[name] = to_text(ParamValue{value, {}});
-  if (!logged.empty()) return texts;
-  for (std::size_t i = 1; i < words.size(); ++i) {
-    const std::size_t equals = words[i].find('=');
-    texts[words[i].substr(0, equals)] = equals == std::string::npos ? "" : words[i].substr(equals + 1);
-  }
   return texts;
 }
 

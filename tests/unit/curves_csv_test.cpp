@@ -1,6 +1,6 @@
 // The curves of a log as a program reads them, and the examples of docs/log.md where their languages are installed.
-#include "experiments/report/tables.h"
 #include "experiments/report/report.h"
+#include "experiments/report/tables.h"
 #include "tests/places.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/report_helpers.h"
@@ -55,40 +55,29 @@ TEST(CurvesCsv, HasARowForEachMetricOfEachCheckpoint) {
   EXPECT_EQ(rows[3].at("value"), "0.25");
 }
 
+// A name is cut at blanks, and what is logged beside it is not.
 TEST(CurvesCsv, HasAColumnForEachParameter) {
   RunLog log;
   log.manifests.push_back(manifest());
   log.manifests.back().file = "experiments/first.toml";
-  add_cells(log, "room", {"ppm photons=1000 alpha=0.7", "sah leaf_size=4"}, 1);
+  add_cells(log, "room", {"ppm policy=a b photons=1000 alpha=0.5 gather=true", "sah leaf_size=4"}, 1);
   add_cells(log, "room", {"ppm photons=2000", "sah leaf_size=4"}, 1);
+  for (CellRecord& cell : log.cells) cell.accel_parameters = {{"leaf_size", std::int64_t{4}}};
+  log.cells.front().parameters = {{"policy", "a b"}, {"photons", std::int64_t{1000}}, {"alpha", 0.5}, {"gather", true}};
+  log.cells.back().parameters = {{"photons", std::int64_t{2000}}};
   const auto rows = rows_of(curves_csv(arrange(log)));
-  EXPECT_EQ(rows.front().at("experiment"), "first");
-  EXPECT_EQ(rows.front().at("accel.name"), "sah");
-  EXPECT_EQ(rows.front().at("accel.leaf_size"), "4");
-  EXPECT_EQ(rows.front().at("integrator.name"), "ppm");
-  EXPECT_EQ(rows.front().at("integrator.photons"), "1000");
-  EXPECT_EQ(rows.front().at("integrator.alpha"), "0.7");
-  EXPECT_EQ(rows.back().at("integrator.photons"), "2000");
-  EXPECT_EQ(rows.back().at("integrator.alpha"), "");
-}
-
-// A name is cut at blanks, and what is logged beside it is not.
-TEST(CurvesCsv, TakesLoggedParametersRatherThanWordsOfNames) {
-  RunLog log;
-  log.manifests.push_back(manifest());
-  add_cells(log, "room", {"ppm policy=a b photons=1000", "sah leaf_size=4"}, 1);
-  for (CellRecord& cell : log.cells) {
-    cell.parameters = {{"policy", "a b"}, {"photons", std::int64_t{1000}}, {"alpha", 0.5}, {"gather", true}};
-    cell.accel_parameters = {{"leaf_size", std::int64_t{4}}};
-  }
-  const auto row = rows_of(curves_csv(arrange(log))).front();
-  EXPECT_EQ(row.at("integrator.name"), "ppm");
-  EXPECT_EQ(row.at("integrator.policy"), "a b");
-  EXPECT_EQ(row.at("integrator.photons"), "1000");
-  EXPECT_EQ(row.at("integrator.alpha"), "0.5");
-  EXPECT_EQ(row.at("integrator.gather"), "true");
-  EXPECT_EQ(row.at("accel.leaf_size"), "4");
-  EXPECT_FALSE(row.contains("integrator.b"));
+  const auto &first = rows.front(), &last = rows.back();
+  EXPECT_EQ(first.at("experiment"), "first");
+  EXPECT_EQ(first.at("accel.name"), "sah");
+  EXPECT_EQ(first.at("accel.leaf_size"), "4");
+  EXPECT_EQ(first.at("integrator.name"), "ppm");
+  EXPECT_EQ(first.at("integrator.policy"), "a b");
+  EXPECT_EQ(first.at("integrator.photons"), "1000");
+  EXPECT_EQ(first.at("integrator.alpha"), "0.5");
+  EXPECT_EQ(first.at("integrator.gather"), "true");
+  EXPECT_FALSE(first.contains("integrator.b"));
+  EXPECT_EQ(last.at("integrator.photons"), "2000");
+  EXPECT_EQ(last.at("integrator.alpha"), "");
 }
 
 TEST(CurvesCsv, LeavesOutCellsThatFailed) {

@@ -85,15 +85,6 @@ class Log : public ::testing::Test {
   std::string path_;
 };
 
-TEST_F(Log, DeclaredBiasIsReadByItsOlderName) {
-  std::string line = to_json_line(cell(1));
-  const std::size_t at = line.find("declared_bias");
-  ASSERT_NE(at, std::string::npos) << line;
-  line.replace(at, std::string("declared_bias").size(), "bias");
-  LogWriter(path_).append({to_json_line(checkpoint(1, 1)), line});
-  EXPECT_EQ(read_log(path_).cells.at(0).bias, "unbiased");
-}
-
 TEST_F(Log, RecordsAreReadBackExactly) {
   const ManifestRecord manifest{
       "id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7, "a.toml", "--quick", "title = \"t\"\n", 2.5};

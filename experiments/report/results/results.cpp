@@ -79,7 +79,7 @@ std::string page_text(const fs::path& root, const std::map<std::string, LogAnswe
   std::string text(page_head);
   for (const auto& [folder, answer] : answers) {
     const fs::path file = root / "experiments" / (folder + ".toml");
-    const double seconds = seconds_of(answer.log);
+    const double seconds = answer.log.took_s;
     text += fmt::format("\n| [{0}]({0}/tables/) | {1} | {2} | {3} | {4} | {5} | {6} | {7} | {8} |", folder,
                         in_row(is_file(file.string()) ? question_of(read_file(file.string())) : ""), in_row(answer.answer),
                         of_manifests(answer.log, ", ", &ManifestRecord::commit),
@@ -118,15 +118,6 @@ std::optional<LogChanges> changes_in(const fs::path& folder, const RunLog& log) 
 }  // namespace
 
 std::string commit_of(const RunLog& log) { return log.manifests.empty() ? "?" : log.manifests.back().commit; }
-
-double seconds_of(const RunLog& log) {
-  if (log.took_s > 0) return log.took_s;
-  std::map<CellName, double> ends;
-  for (const CheckpointRecord& checkpoint : log.checkpoints) ends[checkpoint.cell] = checkpoint.time_s;
-  double sum = 0;
-  for (const auto& [cell, time] : ends) sum += time;
-  return sum;
-}
 
 std::vector<std::string> result_folders(const std::string& root) {
   std::vector<std::string> folders;

@@ -21,9 +21,6 @@ inline constexpr const char* changes_file = "changes.tsv";
 
 std::string commit_of(const RunLog& log);  // of its newest part; "?" where it names none
 
-// How long a run took; where an older log does not say, what its cells took, without references and metrics. 0: not known.
-double seconds_of(const RunLog& log);
-
 // The standard output of a program that is looked up in PATH; nullopt where it cannot be started or fails. What it says on
 // standard error is dropped.
 std::optional<std::string> output_of(const std::vector<std::string>& command);
