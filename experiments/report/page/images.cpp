@@ -9,8 +9,6 @@
 #include "framework/image/flip.h"
 #include "framework/image/metrics.h"
 #include "framework/io/image/exr.h"
-#include "framework/io/image/image_file.h"
-#include "framework/io/image/png.h"
 
 #include <Imath/half.h>
 #include <fmt/format.h>
@@ -28,24 +26,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A tone-mapped PNG in base64, of blocks' averages, `longest` pixels long at most.
-std::string thumbnail(const Image& image, double white, int longest = 144) {
-  const ivec2 size = image.size;
-  const int factor = std::max(1, (std::max(size.x, size.y) + longest - 1) / longest);
-  const ivec2 small = (size + factor - 1) / factor;
-  std::vector<dvec3> sums(static_cast<std::size_t>(small.x) * small.y, dvec3(0));
-  std::vector<int> counts(sums.size(), 0);
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) {
-      const std::size_t to = static_cast<std::size_t>(y / factor) * small.x + x / factor;
-      sums[to] += image.at(x, y);
-      ++counts[to];
-    }
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(3 * sums.size());
-  for (std::size_t i = 0; i < sums.size(); ++i)
-    for (int c = 0; c < 3; ++c) bytes.push_back(linear_to_srgb_byte(sums[i][c] / (counts[i] * white)));
-  return base64(encode_png(bytes.data(), small));
+// A tone-mapped PNG in base64, `longest` pixels long at most.
+std::string thumbnail(const Image& image, double white) {
+  constexpr int longest = 144;
+  const int factor = std::max(1, (std::max(image.size.x, image.size.y) + longest - 1) / longest);
+  const std::string png = picture_of(image, {{0, 0}, image.size}, (image.size + factor - 1) / factor, 1 / white).png();
+  return base64(std::vector<std::uint8_t>(png.begin(), png.end()));
 }
 
 std::optional<Image> try_read(const std::string& path) {
