@@ -13,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double false_alarm_rate = 1e-3, indifference = 1e-3;  // the latter of the image's mean
+constexpr double false_alarm_rate = 1e-3, indifferent_share = 1e-3;  // the latter of the image's mean
 
 struct Moments {
   double mean = 0, variance = 0;  // of one value, unbiased
@@ -91,7 +91,7 @@ struct MeanTest {
       for (int x = begin.x; x < end.x; ++x)
         for (int c = 0; c < 3; ++c) brightest = std::max(brightest, reference.at(x, y)[c]);
     const double drawn = samples * (end.x - begin.x) * (end.y - begin.y), unseen = std::min(1.0, std::log(1 / each) / drawn);
-    return indifference * level + unseen * brightest;
+    return indifferent_share * level + unseen * brightest;
   }
   double t(ivec2 begin, ivec2 end, double each) const {
     const auto count = static_cast<double>(images.size());
@@ -155,7 +155,7 @@ AgainstReference hold_against(std::span<const Image> images, const Image& refere
       result.relmse_of_bias += (difference * difference - m.variance / count) / scale;
       result.relmse_of_noise += m.variance / scale;
       const ivec2 at{static_cast<int>(p) % reference.size.x, static_cast<int>(p) / reference.size.x};
-      const double allowed = indifference * level + unseen * brightest_about(reference, at, c);
+      const double allowed = indifferent_share * level + unseen * brightest_about(reference, at, c);
       const double t = excess_in_errors(difference, allowed, std::max(std::sqrt(m.variance / count), 1e-12 * level));
       if (t > result.limit) ++result.failed;
       if (t <= result.largest_t) continue;
