@@ -25,7 +25,7 @@ namespace etendue {
 
 class DiscMoments {
  public:
-  // Takes a disc's normal and squared radius. Where that is 0, there is no number.
+  // Takes a disc's normal and squared radius. With a radius of 0 there is no number.
   DiscMoments(const vec3& normal, float radius_squared)
       : frame_(Frame::from_normal(normal)), per_radius_(1 / std::sqrt(radius_squared)) {}
 

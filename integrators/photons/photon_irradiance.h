@@ -27,7 +27,7 @@ namespace etendue {
 
 class PhotonIrradiance {
  public:
-  // Takes a map's irradiance at `sample_points`, photons that are independent of the map's.
+  // Estimates a map's irradiance at `sample_points`, photons that are independent of the map's.
   PhotonIrradiance(const PhotonMap& map, const Photons& sample_points, std::unique_ptr<PointQuery> query);
 
   struct Found {

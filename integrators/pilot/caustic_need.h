@@ -11,7 +11,7 @@
 namespace etendue {
 
 // So many of the rays that leave a diffuse surface must meet a light by way of specular surfaces where most light is such:
-// four of the 256 rays of a record, which many pixels share, and more of paths that share less.
+// four of the 256 rays of a record, which many pixels share, and a tenth, which is asked of all, of paths that share less.
 inline constexpr double enough_hits_of_records = 4.0 / 256, enough_hits_of_cells = 0.1;
 
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits);

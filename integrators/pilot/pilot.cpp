@@ -63,18 +63,22 @@ void look_at_paths(RenderContext& small, PilotFindings& findings) {
       (rays_so_far() - before) / (static_cast<double>(groups[0].pixels.size()) * path_groups * paths_a_group);
 }
 
+// Rays that leave vertices, and those of them that meet light by way of specular surfaces.
+struct Probes {
+  int count = 0, caustics = 0;
+  float brightest = 0;  // luminance of what they find so
+};
+
 // What one pixel of the small image found.
 struct Seen {
   int vertices = 0, diffuse = 0, by_specular = 0;
-  int probes = 0, caustics = 0;                // rays of diffuse vertices, and those that met light by way of specular surfaces
-  int glossy_probes = 0, glossy_caustics = 0;  // the same of the others
-  float brightest = 0;                         // luminance of what probes find by way of specular surfaces
-  double light = 0;                            // luminance of what the samples find, summed,
-  double behind_glass = 0;                     // and of what they would if glass bent no light of points, spots and directions
-  double inverse_distance = 0;                 // summed over the probes, 1/m
-  double area = 0;                             // of a real pixel's footprint, summed over the vertices, m^2
-  std::vector<vec3> positions;                 // of the vertices,
-  std::vector<vec3> sides;  // and the normals of the sides that are seen; 0: light passes, and both sides are
+  Probes diffuse_probes, glossy_probes;  // of diffuse vertices, and of the others
+  double light = 0;                      // luminance of what the samples find, summed,
+  double behind_glass = 0;               // and of what they would if glass bent no light of points, spots and directions
+  double inverse_distance = 0;           // summed over the probes, 1/m
+  double area = 0;                       // of a real pixel's footprint, summed over the vertices, m^2
+  std::vector<vec3> positions;           // of the vertices,
+  std::vector<vec3> sides;               // and the normals of the sides that are seen; 0: light passes, and both sides are
 };
 
 class Vertices {
@@ -93,17 +97,19 @@ class Vertices {
     parallel_pixels(small_.resolution, [&](ivec2 pixel) { look(pixel); });
     findings.direct_error = error_of_one(groups_, 1);
     double vertices = 0, diffuse = 0, by_specular = 0, records = 0, light = 0, behind_glass = 0;
-    double probes = 0, caustics = 0, glossy_probes = 0, glossy_caustics = 0;
+    Probes diffuse_probes, glossy_probes;
+    const auto add = [](Probes& sum, const Probes& some) {
+      sum.count += some.count;
+      sum.caustics += some.caustics;
+      sum.brightest = std::max(sum.brightest, some.brightest);
+    };
     for (const Seen& seen : seen_) {
       vertices += seen.vertices;
       diffuse += seen.diffuse;
       by_specular += seen.by_specular;
       records += records_a_pixel(seen);
-      probes += seen.probes;
-      caustics += seen.caustics;
-      glossy_probes += seen.glossy_probes;
-      glossy_caustics += seen.glossy_caustics;
-      brightest_ = std::max(brightest_, seen.brightest);
+      add(diffuse_probes, seen.diffuse_probes);
+      add(glossy_probes, seen.glossy_probes);
       light += seen.light;
       behind_glass += seen.behind_glass;
       positions_.insert(positions_.end(), seen.positions.begin(), seen.positions.end());
@@ -117,7 +123,9 @@ class Vertices {
       findings.diffuse = diffuse / vertices;
       findings.by_specular = by_specular / vertices;
     }
-    if (probes + glossy_probes > 0) findings.caustic_hits = probes > 0 ? caustics / probes : glossy_caustics / glossy_probes;
+    const Probes& probes = diffuse_probes.count > 0 ? diffuse_probes : glossy_probes;
+    brightest_ = probes.brightest;
+    if (probes.count > 0) findings.caustic_hits = static_cast<double>(probes.caustics) / probes.count;
     if (behind_glass > 0) behind_glass_ = behind_glass / (light + behind_glass);
     findings.records = records * static_cast<double>(real_resolution.x) * real_resolution.y / small_pixels;
   }
@@ -169,27 +177,26 @@ class Vertices {
     seen.sides.push_back(bsdf.transmits() ? vec3(0) : facing);
     if (is_black(bsdf.diffuse_albedo())) {
       const float u_lobe = probe.get_1d();
-      if (const BsdfSample lobe = bsdf.sample(wo, u_lobe, probe.get_2d())) {
-        const Ray ray = spawn_ray(point, lobe.wi);
-        const Hit hit = trace(small_, ray);
-        ++seen.glossy_probes;
-        if (hit && light_by_specular(ray, hit, probe) > 0) ++seen.glossy_caustics;
-      }
+      if (const BsdfSample lobe = bsdf.sample(wo, u_lobe, probe.get_2d()))
+        look_along(spawn_ray(point, lobe.wi), seen.glossy_probes, probe);
       return;
     }
     ++seen.diffuse;
     const float cosine = std::max(0.05f, std::abs(glm::dot(point.normal, wo)));
     seen.area += solid_angle_ * square(small_.scene.camera.spread(distance)) / cosine;
     const vec3 direction = Frame::from_normal(facing).to_world(sample_cosine_hemisphere(probe.get_2d()));
-    const Ray ray = spawn_ray(point, direction);
+    if (const Hit hit = look_along(spawn_ray(point, direction), seen.diffuse_probes, probe))
+      seen.inverse_distance += 1 / std::max<double>(hit.t, std::numeric_limits<float>::min());
+  }
+
+  // Counts what the ray meets, and says where.
+  Hit look_along(const Ray& ray, Probes& probes, Sampler& sampler) const {
     const Hit hit = trace(small_, ray);
-    ++seen.probes;
-    if (!hit) return;
-    seen.inverse_distance += 1 / std::max<double>(hit.t, std::numeric_limits<float>::min());
-    if (const float light = light_by_specular(ray, hit, probe); light > 0) {
-      ++seen.caustics;
-      seen.brightest = std::max(seen.brightest, light);
-    }
+    ++probes.count;
+    const float light = hit ? light_by_specular(ray, hit, sampler) : 0;
+    probes.caustics += light > 0 ? 1 : 0;
+    probes.brightest = std::max(probes.brightest, light);
+    return hit;
   }
 
   // What the next light sample sends from a point, spot or direction that glass alone hides.
@@ -235,8 +242,9 @@ class Vertices {
   // a few pixels; those at the corners of a pattern overlap, so that each has about half of its disc to itself.
   static double records_a_pixel(const Seen& seen) {
     constexpr double fewest_pixels = 9;
-    if (seen.probes == 0 || !(seen.inverse_distance > 0)) return 0;
-    const double radius = record_accuracy * seen.probes / seen.inverse_distance, footprint = seen.area / seen.diffuse;
+    const int probes = seen.diffuse_probes.count;
+    if (probes == 0 || !(seen.inverse_distance > 0)) return 0;
+    const double radius = record_accuracy * probes / seen.inverse_distance, footprint = seen.area / seen.diffuse;
     const double own = std::max(0.5 * pi * radius * radius, fewest_pixels * footprint);
     return footprint / own * std::min(1.0, static_cast<double>(seen.diffuse) / vertex_samples);
   }

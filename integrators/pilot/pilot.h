@@ -4,8 +4,8 @@
 //
 //   paths        integrators/paths, in eight independent groups, whose scatter is the variance of path tracing;
 //   camera paths to rough vertices (integrators/photons/photon_camera_path.h), with direct light sampled there: the variance of
-//                what all photon methods and caches sample alike. A cosine-distributed ray from each vertex probes how near the
-//                next surfaces are, which is what an irradiance cache's records go by ([Ward1988]);
+//                what all photon methods and caches sample alike. A cosine-distributed ray from each diffuse vertex probes how
+//                near the next surfaces are, which is what an irradiance cache's records go by ([Ward1988]);
 //   photons      by power, of which those that land on what is seen tell how much light comes by way of specular surfaces, and
 //                how much never gets to be seen.
 //
