@@ -102,18 +102,23 @@ struct Shares {
 
 // The one whose error falls faster with its work has all of the samples, and the other a quarter, which checks it. A pilot
 // tells them apart by variance times rays, which are counted: time would make each reference another. Beside a ray a
-// bidirectional path has more to do: in results/throughput a ray takes it up to twice as long.
-Shares share_samples(const ReferenceRequest& request, const EstimatorPair& pair, std::uint64_t samples) {
+// bidirectional path has more to do: in results/throughput it takes 1.3 to 2.6 times as long for each. Where the pilot's two
+// images do not agree, one may have missed what is bright, and seem better for it: then both have all samples.
+Shares share_samples(const ReferenceRequest& request, const EstimatorPair& pair, const AgreementOptions& options,
+                     std::uint64_t samples) {
   constexpr std::uint64_t pilot_share = 64, check_share = 4;
+  constexpr int pilot_batches = 4;
   constexpr double bidirectional_ray = 2;
   if (pair.second_checks_only) return {samples, samples};
-  const auto inefficiency = [&](const Method& method, std::uint64_t stream) {
-    const Batches pilot = run_batches(request, method, samples / pilot_share, stream, 4);
-    return pilot.statistics.mean_variance() * pilot.rays;
-  };
+  const std::uint64_t few = std::max<std::uint64_t>(1, samples / pilot_share);
+  const Batches first = run_batches(request, pair.first, few, 3, pilot_batches);
+  const Batches second = run_batches(request, pair.second, few, 4, pilot_batches);
+  const double a = first.statistics.mean_variance() * first.rays;
+  const double b = second.statistics.mean_variance() * second.rays * bidirectional_ray;
+  const bool agree = compare_means(first.statistics, second.statistics, options).verdict == Agreement::Verdict::agree;
+  if (!agree || a == 0 || b == 0) return {samples, samples};
   const std::uint64_t check = std::max<std::uint64_t>(1, samples / check_share);
-  return inefficiency(pair.first, 3) <= bidirectional_ray * inefficiency(pair.second, 4) ? Shares{samples, check}
-                                                                                         : Shares{check, samples};
+  return a <= b ? Shares{samples, check} : Shares{check, samples};
 }
 
 // Rounds to what a file holds: a run is measured against the same bits whether it rendered its reference or found it in the
@@ -186,9 +191,10 @@ Floors find_floors(const BatchStatistics& first, const BatchStatistics& second, 
           a * first.relative_variance(mean) + b * second.relative_variance(mean)};
 }
 
-// The same where variances are not to be trusted: as if all that the images differ by were noise of the first.
+// The same where variances are not to be trusted: as if all that the images differ by were noise of one, of the greater weight.
 Floors floors_by_difference(const Image& first, const Image& second, double weight) {
-  return {weight * weight * mse(first, second), weight * weight * relmse(first, second)};
+  const double greater = std::max(weight, 1 - weight);
+  return {greater * greater * mse(first, second), greater * greater * relmse(first, second)};
 }
 
 // Says what to do about estimators that disagree.
@@ -213,7 +219,10 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples) {
   const EstimatorPair pair = choose_estimators(request.scene, request.needs, request.resolution);
-  const Shares shares = share_samples(request, pair, samples);
+  AgreementOptions options;
+  options.brightest = brightest_light(request.scene);
+  if (pair.second_checks_only) options.indifference = biased_check_indifference;
+  const Shares shares = share_samples(request, pair, options, samples);
   const auto render = [&](const Method& method, std::uint64_t share, std::uint64_t stream) {
     if (request.observer)
       request.observer->narrate(
@@ -221,16 +230,14 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
     return run_batches(request, method, share, stream).statistics;
   };
   const BatchStatistics first = render(pair.first, shares.first, 1), second = render(pair.second, shares.second, 2);
-  AgreementOptions options;
-  options.brightest = brightest_light(request.scene);
-  if (pair.second_checks_only) options.indifference = biased_check_indifference;
   const Agreement agreement = compare_means(first, second, options);
   const bool told = agreement.verdict != Agreement::Verdict::cannot_tell;
 
   // All pixels have one weight, so that the variances' own noise biases nothing. Where the test cannot tell, an estimator's
-  // variance is small perhaps because it has missed what is bright: both get the same weight.
+  // variance is small perhaps because it has missed what is bright: all samples get the same weight.
   const double a = first.mean_variance(), b = second.mean_variance();
-  const double weight = pair.second_checks_only ? 1 : told && a + b > 0 ? b / (a + b) : 0.5;
+  const double equal = static_cast<double>(first.samples()) / static_cast<double>(first.samples() + second.samples());
+  const double weight = pair.second_checks_only ? 1 : told && a + b > 0 ? b / (a + b) : equal;
   RenderedReference rendered;
   rendered.image = first.mean();
   const Image other = second.mean();
@@ -246,7 +253,7 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
                         ? fmt::format("{} alone, checked by {} to {:g} % of the image's mean, {} samples per pixel each",
                                       pair.first.label(), pair.second.label(), 100 * biased_check_indifference, samples)
                         : fmt::format("{:.3g} of {} ({} samples per pixel) and {:.3g} of {} ({})", weight, pair.first.label(),
-                                      shares.first, 1 - weight, pair.second.label(), shares.second);
+                                      first.samples(), 1 - weight, pair.second.label(), second.samples());
   rendered.checks = agreement.text;
   Reference reference{std::move(rendered), {}};
   if (agreement.verdict == Agreement::Verdict::disagree)
@@ -257,7 +264,7 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
         "the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} agree; "
         "expected reference = {{ samples = {} }} or more",
         request.name, samples, pair.first.label(), pair.second.label(),
-        samples_needed(static_cast<double>(samples), agreement.times_the_samples)));
+        samples_needed(static_cast<double>(std::max(first.samples(), second.samples())), agreement.times_the_samples)));
   return reference;
 }
 

@@ -1,5 +1,5 @@
-// Rendered references are expensive, so they are kept: in the repository's experiments/references/ (committed) and in the user's
-// cache.
+// Rendered references are expensive, so they are kept: in the repository's experiments/references/ (committed) and in the
+// user's cache.
 //
 // A file is named for what it depends on, <scene hash>-d<depth>-<width>x<height>.exr, and carries how it was made. An image
 // whose sides are a whole multiple of those wanted serves as well where the scene has no filter but the box: a pixel's mean is
@@ -20,7 +20,7 @@ namespace etendue {
 struct RenderedReference {
   Image image;
   double mse_floor = 0;       // variance of the image's pixels
-  std::uint64_t samples = 0;  // per pixel and estimator
+  std::uint64_t samples = 0;  // per pixel, of the estimator that has more
   std::string source, checks;
   double relmse_floor = 0;  // what the image's variance adds to a relMSE; 0: none, or not known
 };

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -130,9 +129,8 @@ std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons)
   if (verdict == Agreement::Verdict::cannot_tell)
     return fmt::format(
         "{} whether they differ in {}: t at {:.0f} % of its limit, but bright paths not yet seen in {} samples "
-        "may add {:.3g} %; about {} samples can tell",
-        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance),
-        samples_needed(t.n, t.times_the_samples()));
+        "may add {:.3g} %; about {:.0f} times the samples can tell",
+        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance), std::ceil(t.times_the_samples()));
   return fmt::format("DISAGREE in {}, where {:.3g} % could be chance (t at {:.0f} % of its limit)", where,
                      100 * comparisons.relative(worst.limit + worst.allowance), 100 * worst.t_ratio());
 }

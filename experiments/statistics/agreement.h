@@ -70,7 +70,7 @@ struct Agreement {
   double times_the_samples = 1;  // so many more let one tell: only where this verdict cannot
 };
 
-// The power of two that so many times as many samples take.
+// Rounds so many times the samples up to a power of two.
 inline std::uint64_t samples_needed(double samples, double times) {
   return std::bit_ceil(static_cast<std::uint64_t>(samples * times) + 1);
 }
