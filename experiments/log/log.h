@@ -132,7 +132,7 @@ struct CellRecord {
   std::optional<std::uint64_t> checkpoints = {};  // that stand before it
   // The first ten non-finite samples are known by column, row and iteration, for replay.
   std::vector<std::array<std::uint32_t, 3>> non_finite_at = {};
-  Parameters parameters = {}, accel_parameters = {};  // of integrator and structure; older logs have them in the names alone
+  Parameters parameters = {}, accel_parameters = {};  // of integrator and structure
 };
 
 // The mean over pixels and channels of the product of two seeds' errors, G_ij, for each pair of seeds: squared bias, variance

@@ -38,6 +38,7 @@ JudgedPrediction judged(const Prediction& prediction, const SceneData& scene, co
           above.push_back(logged_mse(*a.last(), prediction.region) - floor);
           below.push_back(logged_mse(*b.last(), prediction.region) - floor);
         }
+    row.details.emplace_back("seeds", below.size());
     if (above.empty()) throw Error("no seed in common");
     const auto figures = [&](std::span<const std::size_t> seeds, std::span<double> out) {
       double a = 0, b = 0;
@@ -63,7 +64,6 @@ JudgedPrediction judged(const Prediction& prediction, const SceneData& scene, co
   } catch (const Error& e) {
     row.problem = e.what();
   }
-  row.details.emplace_back("seeds", below.size());
   return row;
 }
 

@@ -87,7 +87,7 @@ TEST(House, RoomsAreSmall) {
 }
 
 // A comment says what something is or does. One that begins with "Of" leaves that to the name below it.
-TEST(House, CommentsHaveASubject) {
+TEST(House, CommentsDoNotBeginWithOf) {
   for (const char* floor : {"framework", "accel", "integrators", "experiments", "tests"})
     each_source(floor, [&](const fs::path& path, const std::string& text) {
       std::istringstream lines(text);

@@ -43,7 +43,7 @@ struct StressRecord final : KindRecord, HazardText {
   std::string figure, figure_text;
   std::string column, remedy;  // the method's column of the matrix; what mends it: "" for the matrix' own cells
   std::string method;          // with its parameters at the harmless end
-  Parameters parameters = {};  // these by name; older logs have them in `method` alone
+  Parameters parameters = {};  // these by name
   std::string inapplicable;    // why nothing was measured; "": it was
   std::optional<double> y;     // of a row of a heat map; empty: there is no second parameter
   bool of_structure = false;

@@ -26,7 +26,7 @@ struct Throughput {
 struct ThroughputRecord final : KindRecord {
   static constexpr const char* type = "throughput";
 
-  Parameters parameters = {};  // of the method; older logs have them in its name alone
+  Parameters parameters = {};  // of the method
   std::string image_hash;      // the same with every instruction set
   std::vector<Throughput> sets;
 
