@@ -148,7 +148,8 @@ std::vector<std::optional<Interval>> bootstrap_intervals(
     for (std::size_t f = 0; f < figures; ++f)
       if (std::isfinite(result[f])) results[f].push_back(result[f]);
   }
-  double tail = (1 - 0.95) / 2;
+  constexpr double confidence = 0.95;
+  double tail = (1 - confidence) / 2;
   if (count > 1) {
     const auto n = static_cast<double>(count);
     tail = 0.5 * std::erfc(std::sqrt(n / (n - 1)) * student_t_quantile(1 - tail, n - 1) / std::numbers::sqrt2);

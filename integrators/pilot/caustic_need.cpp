@@ -7,11 +7,11 @@ namespace etendue {
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits) {
   if (!context.needs.caustic_map) return false;
   if (context.lights.any_delta()) return true;
-  // Over the share of all light that comes by that way; more than where `auto` gives paths up, as a map beside them is cheap.
-  constexpr double rare_hits = 0.1;
+  // The first is over the share of all light that comes by that way; more than where `auto` gives paths up, as a map beside
+  // them is cheap.
   return findings.unmet_caustics >= least_caustic_light ||
          (findings.caustic_light >= least_caustic_light &&
-          findings.caustic_hits < std::min(rare_hits * findings.caustic_light, enough_hits));
+          findings.caustic_hits < std::min(enough_hits_of_cells * findings.caustic_light, enough_hits));
 }
 
 void decide_caustic_map(RenderContext& context, CausticParams& params, double enough_hits) {
