@@ -48,8 +48,7 @@ std::string read_selection(const ConfigNode& node, const char* key, const Predic
   return wanted;
 }
 
-void read_place(TableReader& reader, const PredictionContext& context, Prediction& prediction) {
-  prediction.scene = read_choice(reader, "scene", "", context.scenes);
+void read_region(TableReader& reader, const PredictionContext& context, Prediction& prediction) {
   const auto* node = reader.find("region");
   if (!node) return;
   const std::string region = prediction.region = read_text(*node, "predictions.region");
@@ -82,32 +81,42 @@ void read_fit(TableReader& reader, Prediction& prediction) {
   read_window(reader, prediction);
 }
 
+Prediction::Quantity quantity_of(const ConfigNode* over, const ConfigNode* expect) {
+  if (over) return Prediction::Quantity::ratio;
+  const bool of_bias = expect && expect->table() && find_key(*expect, "bias");
+  return of_bias ? Prediction::Quantity::bias : Prediction::Quantity::exponent;
+}
+
+void read_expected(const ConfigNode& table, TableReader& reader, Prediction& prediction) {
+  const auto *expect = reader.find("expect"), *source = reader.find("source");
+  const std::string quantity = prediction.is_ratio() ? "ratio" : prediction.is_exponent() ? "exponent" : "bias";
+  if (expect)
+    prediction.expected = read_expectations(*expect, "predictions.expect", {quantity}).at(quantity);
+  else if (!prediction.is_ratio())
+    throw Error(table.where,
+                "predictions: nothing is expected; expected expect = { exponent = \"-2/3\" }, expect with a bias, or over");
+  if (source) prediction.source = read_text(*source, "predictions.source");
+  if (expect && !source)
+    throw Error(expect->where, "predictions: expect without a source; expected source = \"whose theory or figure this is\"");
+}
+
 Prediction read_prediction(const ConfigNode& node, const PredictionContext& context) {
   TableReader reader(node, "predictions", "tables { method, expect, … }");
   Prediction prediction;
   const ConfigNode& method = reader.need("method");
-  read_place(reader, context, prediction);
-  std::size_t least = 1;
-  if (const auto* over = reader.find("over")) {
-    prediction.quantity = Prediction::Quantity::ratio;
-    prediction.over = read_selection(*over, "over", context, 1, 1);
-  } else {
-    read_fit(reader, prediction);
-    if (prediction.across) least = 3;
-  }
+  prediction.scene = read_choice(reader, "scene", "", context.scenes);
+  const ConfigNode* over = reader.find("over");
+  prediction.quantity = quantity_of(over, reader.find("expect"));
+  if (over) prediction.over = read_selection(*over, "over", context, 1, 1);
+  if (prediction.quantity != Prediction::Quantity::bias) read_region(reader, context, prediction);
+  if (prediction.is_exponent()) read_fit(reader, prediction);
+  const std::size_t least = prediction.across ? 3 : 1;
   prediction.method = read_selection(method, "method", context, least, context.integrators.size());
-  const auto *expect = reader.find("expect"), *source = reader.find("source");
+  read_expected(node, reader, prediction);
   reader.finish();
-  const std::string quantity = prediction.is_ratio() ? "ratio" : "exponent";
-  if (expect)
-    prediction.expected = read_expectations(*expect, "predictions.expect", {quantity}).at(quantity);
-  else if (!prediction.is_ratio())
-    throw Error(node.where, "predictions: nothing is expected; expected expect = { exponent = \"-2/3\" } or the like, or over");
-  if (source) prediction.source = read_text(*source, "predictions.source");
-  if (expect && !source)
-    throw Error(expect->where, "predictions: expect without a source; expected source = \"whose theory or figure this is\"");
-  if (!contains(context.metrics, "mse"))
-    throw Error(node.where, "predictions: mse is not among the metrics; expected metrics = [\"mse\", …]");
+  const std::string needed = prediction.quantity == Prediction::Quantity::bias ? "bias" : "mse";
+  if (!contains(context.metrics, needed))
+    throw Error(node.where, fmt::format("predictions: {0} is not among the metrics; expected metrics = [\"{0}\", …]", needed));
   return prediction;
 }
 

@@ -1,7 +1,7 @@
 // What an experiment predicts of the errors in its images before it runs, whose theory or figure that is, and of which cells:
 // [[predictions]] (docs/experiment-file.md has the keys). It is the exponent at which an error falls over x (where that is
-// "records", over those that lie in the region, where a cache tells where they are), or the ratio of two methods' RMSE at the
-// end of their runs.
+// "records", over those that lie in the region, where a cache tells where they are), the ratio of two methods' RMSE at the end
+// of their runs, or the bias of each image.
 //
 // The log keeps predictions and their regions in one line. The last such line counts, so that a window can be moved without
 // running anything again.
@@ -21,7 +21,7 @@
 namespace etendue {
 
 struct Prediction {
-  enum class Quantity : std::uint8_t { exponent, ratio };
+  enum class Quantity : std::uint8_t { exponent, ratio, bias };
   enum class Model : std::uint8_t { power, plateau };
 
   Quantity quantity = Quantity::exponent;
@@ -35,7 +35,8 @@ struct Prediction {
   Model model = Model::power;
 
   bool is_ratio() const { return quantity == Quantity::ratio; }
-  bool needs_images() const { return !is_ratio() && (metric == "bias2" || metric == "variance"); }
+  bool is_exponent() const { return quantity == Quantity::exponent; }
+  bool needs_images() const { return is_exponent() && (metric == "bias2" || metric == "variance"); }
   bool operator==(const Prediction&) const = default;
 };
 

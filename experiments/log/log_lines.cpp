@@ -7,7 +7,7 @@ namespace etendue {
 
 namespace {
 
-constexpr const char* quantities[] = {"exponent", "ratio"};
+constexpr const char* quantities[] = {"exponent", "ratio", "bias"};
 constexpr const char* models[] = {"power", "plateau"};
 constexpr const char* points[] = {"checkpoints", "configurations"};
 
@@ -95,7 +95,7 @@ void list_fields(auto& f, FieldsOf<Prediction> auto& r) {
   FIELDS(scene, region);
   f.maybe("expected", r.expected);
   f("source", r.source);
-  if (r.is_ratio()) return;
+  if (!r.is_exponent()) return;
   FIELDS(metric, x);
   f.choice("points", r.across, points);
   f("from", r.from);

@@ -38,6 +38,29 @@ constexpr Coverage coverages[] = {{"within_1", "pixels within 1 standard error",
 
 double luminance_of(const dvec3& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
+// Shows the image that is farthest from what is expected, and judges it.
+JudgedPrediction judged_images(const Prediction& prediction, const Configuration& configuration) {
+  JudgedPrediction row{.scene = configuration.scene,
+                       .method = configuration.shown_integrator,
+                       .structure = configuration.shown_accel,
+                       .quantity = "bias of each image",
+                       .source = prediction.source,
+                       .kind = FigureKind::share,
+                       .expected = prediction.expected};
+  const std::vector<double> biases = final_values(configuration, "bias");
+  if (biases.empty()) {
+    row.problem = "no image";
+    return row;
+  }
+  const auto beyond = [&](double bias) { return std::max(row.expected->low - bias, bias - row.expected->high); };
+  const double farthest = *std::ranges::max_element(biases, {}, beyond);
+  const auto [least, most] = std::ranges::minmax(biases);
+  row.measure(farthest, Interval{least, most});
+  row.verdict = judge(farthest, {farthest, farthest}, *row.expected, {});
+  row.details = {{"seeds", biases.size()}, {"iterations", configuration.replicates.front().last()->iterations}};
+  return row;
+}
+
 std::vector<double> final_confidence(const Configuration& configuration, const std::string& name) {
   std::vector<double> values;
   for (const Replicate& replicate : configuration.replicates)
@@ -98,6 +121,20 @@ Predictions bias_predictions(const ReportData& data) {
         "which the least bias is judged, less {:g} of rounding; noise alone is beyond them once in 18 rows of three seeds, and "
         "once in 300 of ten. A consistent method that declares no figure has none to spare, however few its iterations.",
         fewest_seeds, sigmas, rounded_by));
+  return predictions;
+}
+
+Predictions image_bias_predictions(const ReportData& data) {
+  Predictions predictions;
+  for (const Prediction& prediction : data.log->stated.predictions)
+    for (const SceneData& scene : data.scenes)
+      if (prediction.quantity == Prediction::Quantity::bias && data.log->stated.concerns(prediction, scene.name))
+        for (const Configuration* configuration : selected(scene, prediction.method, false))
+          predictions.rows.push_back(judged_images(prediction, *configuration));
+  if (!predictions.rows.empty())
+    predictions.notes.push_back(
+        "Bias of each image: of the seed whose mean is farthest from what is expected, which all are to keep, with the range "
+        "over seeds; the noise of the reference is within it.");
   return predictions;
 }
 

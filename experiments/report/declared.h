@@ -1,6 +1,7 @@
 // Do methods keep what they declare of themselves? On scenes with a closed form their bias is held against what they declare,
 // and the share of pixels whose true error lies within one and two of the standard errors that the method itself states
-// (Cache::standard_error) against that of errors that are normal and stated rightly: 68 % and 95 %.
+// (Cache::standard_error) against that of errors that are normal and stated rightly: 68 % and 95 %. And do the means of images
+// lie where an experiment expects them?
 #pragma once
 
 #include "experiments/report/predictions.h"
@@ -24,6 +25,9 @@ std::map<std::string, double> confidence_of(const Image& image, const Image& sta
 Predictions confidence_predictions(const ReportData& data);
 
 Predictions bias_predictions(const ReportData& data);  // against what methods declare
+
+// The bias of each image, against what the experiment predicts of it: a row for each prediction, scene and configuration.
+Predictions image_bias_predictions(const ReportData& data);
 
 // Whether errors are measured against a closed form; and whether the reference's own variance is known, which that of an image
 // that the experiment gives is not.

@@ -179,7 +179,7 @@ std::vector<FittedRate> fit_rates(const ReportData& data) {
   std::vector<FittedRate> rates;
   for (const Prediction& law : data.log->stated.predictions)
     for (const SceneData& scene : data.scenes) {
-      if (law.is_ratio() || !data.log->stated.concerns(law, scene.name)) continue;
+      if (!law.is_exponent() || !data.log->stated.concerns(law, scene.name)) continue;
       const bool over_time = law.x == "time";
       const std::vector<const Configuration*> configurations = selected(scene, law.method, over_time);
       if (configurations.empty()) continue;

@@ -190,6 +190,7 @@ std::string summary_table(const RunLog& log) {
   }
   Predictions stated = exponent_predictions(fit_rates(data));
   stated.add(ratio_predictions(data));
+  stated.add(image_bias_predictions(data));
   if (!stated.rows.empty())
     out += "Predictions\n" + to_terminal(predictions_table(stated), 1) + "  " + predictions_finding(stated) + "\n\n";
   if (!data.left_out_of_names.empty()) out += fmt::format("Left out of names: {}.\n", fmt::join(data.left_out_of_names, "; "));

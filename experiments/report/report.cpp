@@ -193,6 +193,7 @@ KindReport predictions_report(const ReportData& data) {
   const std::vector<FittedRate> rates = fit_rates(data);
   Predictions predictions = exponent_predictions(rates);
   predictions.add(ratio_predictions(data));
+  predictions.add(image_bias_predictions(data));
   KindReport report{.answer = predictions_answer(predictions), .id = "predictions", .heading = "Predictions"};
   if (!predictions.rows.empty()) {
     report.section = fmt::format("<p>{}</p>\n", escape_html(predictions_finding(predictions)));

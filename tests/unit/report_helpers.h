@@ -2,9 +2,11 @@
 #pragma once
 
 #include "experiments/log/log.h"
+#include "experiments/report/table_format.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +23,12 @@ struct LoggedMethod {
   int checkpoints = 8;
   std::string bias = "unbiased";
 };
+
+inline std::size_t column(const Table& table, const std::string& key) {
+  const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const auto& c) { return c.key == key; });
+  EXPECT_NE(found, table.columns.end()) << key;
+  return static_cast<std::size_t>(found - table.columns.begin());
+}
 
 inline void add_cell(RunLog& log, const std::string& scene, const LoggedMethod& method, std::uint64_t seed) {
   const CellName name{scene, method.accel, method.integrator, seed};

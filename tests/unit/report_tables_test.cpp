@@ -1,4 +1,3 @@
-#include "experiments/report/declared.h"
 #include "experiments/report/rates.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/tables.h"
@@ -12,12 +11,6 @@ namespace etendue {
 namespace {
 
 using namespace report_test;
-
-std::size_t column(const Table& table, const std::string& key) {
-  const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const auto& c) { return c.key == key; });
-  EXPECT_NE(found, table.columns.end()) << key;
-  return static_cast<std::size_t>(found - table.columns.begin());
-}
 
 std::vector<std::string> lines(const std::string& text) {
   std::vector<std::string> result;
@@ -399,50 +392,6 @@ TEST(Summary, OfALogWithoutCellsSaysSo) {
 }
 
 }  // namespace
-TEST(BiasPredictions, JudgeMeansOverSeedsByWhatIsDeclaredPlusFourStandardErrors) {
-  RunLog log;
-  log.manifests.push_back(manifest());
-  log.references.push_back(reference("builtin:exact"));
-  log.references.push_back(reference("builtin:rendered", 1e-6));
-  log.references.push_back(reference("given.pbrt"));
-  log.references.back().source = "given.exr";
-  log.references.back().checks = "none: given by the experiment, its variance unknown";
-  for (const char* scene : {"builtin:exact", "builtin:rendered", "given.pbrt"})
-    add_cells(log, scene, {.integrator = "sound"}, 10);
-  add_cells(log, "builtin:exact", {.integrator = "dark"}, 10);
-  add_cells(log, "builtin:exact", {.integrator = "rare"}, 2);
-  for (CheckpointRecord& record : log.checkpoints)
-    if (record.cell.integrator == "dark") record.metrics["bias"] -= 0.03;
-  for (CellRecord& cell : log.cells)
-    if (cell.cell.integrator == "dark") cell.bias_bound = 0.02;
-
-  const Table table = predictions_table(bias_predictions(arrange(log)));
-  ASSERT_EQ(table.rows.size(), 2u);  // with a closed form and three seeds at least
-  EXPECT_EQ(table.rows[0][column(table, "method")].raw, "sound");
-  EXPECT_EQ(table.rows[0][column(table, "verdict")].raw, "confirmed");
-  EXPECT_EQ(table.rows[1][column(table, "verdict")].raw, "refuted");
-  for (CellRecord& cell : log.cells)
-    if (cell.cell.integrator == "dark") cell.bias_bound = 0.03;
-  EXPECT_EQ(bias_predictions(arrange(log)).rows[1].verdict, Verdict::confirmed);
-  const Table references = references_table(arrange(log));
-  EXPECT_EQ(references.rows[2][column(references, "mse_floor")].raw, "");
-  EXPECT_TRUE(std::ranges::any_of(warnings_of(arrange(log)), [](const std::string& warning) {
-    return warning.starts_with("given.pbrt: nobody knows the variance of the reference, given.exr");
-  }));
-}
-
-TEST(BiasPredictions, RoundingIsNoBias) {
-  RunLog log;
-  log.references.push_back(reference("builtin:furnace"));
-  add_cells(log, "builtin:furnace", {.integrator = "path"}, 3);
-  for (CheckpointRecord& record : log.checkpoints) record.metrics["bias"] = -2.4e-8;  // of every seed
-  EXPECT_EQ(bias_predictions(arrange(log)).rows.at(0).verdict, Verdict::confirmed);
-  for (const std::string& warning : warnings_of(arrange(log)))
-    EXPECT_EQ(warning.find("declared unbiased"), std::string::npos) << warning;
-  for (CheckpointRecord& record : log.checkpoints) record.metrics["bias"] = -2.4e-5;
-  EXPECT_EQ(bias_predictions(arrange(log)).rows.at(0).verdict, Verdict::refuted);
-}
-
 // The least of signed figures is none of errors.
 TEST(Elsewhere, BestBiasHereIsTheOneNearestToZero) {
   RunLog log;
