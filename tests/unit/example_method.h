@@ -1,62 +1,81 @@
-// Direct light: what the lights send straight to the first surface, and what it reflects of that towards the camera.
+// Path tracing, one path at a time, with light samples and multiple importance sampling ([Kajiya1986], [Veach1995]).
 //
-// Biased: light of more than one scattering event is missing.
+// Unbiased up to the depth limit.
 #pragma once
 
 #include "framework/core/parallel.h"
 #include "framework/integrator.h"
 #include "framework/transport/direct_light.h"
+#include "framework/transport/roulette.h"
 #include "integrators/paths/emission.h"
+#include "integrators/paths/path.h"
 
 namespace etendue {
 
-struct DirectParams {
-  int light_samples = 1;
+struct PlainPathParams {
+  int max_depth = 0;
+  int roulette_depth = 5;
 };
 
 template <class Visitor>
-void describe(Visitor& v, DirectParams& p) {
-  v.integer("light_samples", p.light_samples, 1, 1024, "per camera ray", "how many light samples its hit gets");
+void describe(Visitor& v, PlainPathParams& p) {
+  v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
+  v.integer("roulette_depth", p.roulette_depth, 0, 65536, "scattering events", "where Russian roulette begins");
 }
 
-class Direct final : public Integrator {
+class PlainPath final : public Integrator {
  public:
-  explicit Direct(const DirectParams& params) : params_(params) {}
+  explicit PlainPath(const PlainPathParams& params) : params_(params) {}
 
-  void prepare(RenderContext&) override {}
+  void prepare(RenderContext& context) override {
+    context.choose_lights_by(LightChoice::by_need, DirectSamples::of_both);
+    params_.max_depth = context.max_depth(params_.max_depth);
+  }
 
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override {
     const auto timed = context.phases.measure("trace");
     parallel_pixels(context.resolution, [&](ivec2 pixel) {
-      const auto key = static_cast<std::uint64_t>(pixel.y) * context.resolution.x + pixel.x;
-      Sampler sampler(SamplerKind::sobol, context.seed, Stream::camera, key, index);
-      film.add(pixel, radiance(context, pixel, sampler), index);
+      PathSample path = camera_path(context, pixel, SamplerKind::sobol, index);
+      film.add(pixel, radiance(context, path.ray, path.sampler), index, sample_weight(context, pixel, index));
     });
   }
 
-  Expectation expectation() const override { return {Bias::biased, -1, 1, "light of one scattering event alone"}; }
+  Expectation expectation() const override { return {Bias::unbiased, -1, 0, ""}; }
 
  private:
-  Rgb radiance(const RenderContext& context, ivec2 pixel, Sampler& sampler) const {
-    const vec2 film = vec2(pixel) + sampler.get_2d();
-    const vec2 lens = context.needs.thin_lens ? sampler.get_2d() : vec2(0.5f);
-    const Ray ray = context.scene.camera.ray(context.resolution, film, lens);
-    const Hit hit = trace(context, ray);
-    if (!hit) return emitted_with_mis(context, ray, nullptr, 0);
-    const SurfacePoint point = context.scene.surface_at(ray, hit);
-    const Bsdf bsdf(context.scene, point);
-    Rgb reflected{0};
-    for (int i = 0; i < params_.light_samples; ++i)
-      reflected += direct_light(context, point, bsdf, -ray.direction, sampler, MisMode::light);
-    return emitted_with_mis(context, ray, &point, 0) + reflected / static_cast<float>(params_.light_samples);
+  Rgb radiance(const RenderContext& context, Ray ray, Sampler& sampler) const {
+    Rgb sum(0), throughput(1);
+    float pdf = 0;        // of the ray's direction, over solid angle; 0: no light sample could have found it
+    float eta_scale = 1;  // undoes the eta^2 of refractions, which roulette must not take for absorption
+    for (int depth = 0;; ++depth) {
+      const Hit hit = trace(context, ray);
+      if (!hit) return sum + emitted_with_mis(context, ray, nullptr, pdf, throughput);
+      const SurfacePoint point = context.scene.surface_at(ray, hit);
+      sum += emitted_with_mis(context, ray, &point, pdf, throughput);
+      if (depth == params_.max_depth) return sum;
+
+      const vec3 wo = -ray.direction;
+      const Bsdf bsdf(context.scene, point);
+      sum += throughput * direct_light(context, point, bsdf, wo, sampler, MisMode::power);
+
+      const float u_lobe = sampler.get_1d();
+      const BsdfSample next = bsdf.sample(wo, u_lobe, sampler.get_2d());
+      if (is_black(next.weight)) return sum;
+      throughput *= next.weight;
+      if (next.transmitted) eta_scale *= next.eta * next.eta;
+      if (depth + 1 >= params_.roulette_depth && !survives_roulette(throughput, survival_of(throughput, eta_scale), sampler))
+        return sum;
+      ray = spawn_ray(point, next.wi);
+      pdf = next.specular ? 0 : next.pdf_solid_angle;
+    }
   }
 
-  DirectParams params_;
+  PlainPathParams params_;
 };
 
-inline IntegratorEntry direct_entry() {
-  return {"direct", "direct light alone", list_params<DirectParams>(),
-          [](const ParamMap& map) { return std::make_unique<Direct>(read_params<DirectParams>(map, "direct")); }};
+inline IntegratorEntry plain_path_entry() {
+  return {"plain-path", "path tracing, one path at a time", list_params<PlainPathParams>(),
+          [](const ParamMap& map) { return std::make_unique<PlainPath>(read_params<PlainPathParams>(map, "plain-path")); }};
 }
 
 }  // namespace etendue

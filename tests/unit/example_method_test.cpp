@@ -18,14 +18,27 @@ TEST(ExampleMethod, StandsInTheDocsAsItIsCompiled) {
   }
 }
 
-TEST(ExampleMethod, HasDirectLightOfTheClosedForm) {
-  const Scene scene = load_scene("builtin:polygon-light");
+Image image_of(const IntegratorEntry& entry, const ParamMap& params, const Scene& scene) {
   testing::SceneContext at(scene, ivec2(24));
-  const auto method = direct_entry().make({{"light_samples", {std::int64_t{4}, {}}}});
+  const auto method = entry.make(params);
   Film film(ivec2(24));
   method->prepare(at.context);
   for (std::uint32_t i = 0; i < 32; ++i) method->iteration(at.context, i, film);
-  EXPECT_LT(relmse(film.mean(), testing::exact_image(scene, ivec2(24))), 1e-3);
+  return film.mean();
+}
+
+TEST(ExampleMethod, HasTheClosedFormsLight) {
+  const Scene scene = load_scene("builtin:polygon-light");
+  EXPECT_LT(relmse(image_of(plain_path_entry(), {}, scene), testing::exact_image(scene, ivec2(24))), 1e-3);
+}
+
+// What `path` does to many paths together is what the page says of one.
+TEST(ExampleMethod, GivesTheBitsOfPath) {
+  for (const char* name : {"builtin:cornell-box", "builtin:cornell-spheres", "builtin:veach-mis", "builtin:two-rooms"}) {
+    const Scene scene = load_scene(name);
+    const Image plain = image_of(plain_path_entry(), {}, scene);
+    EXPECT_EQ(plain.pixels, image_of(path_entry(), {{"mis", {std::string("power"), {}}}}, scene).pixels) << name;
+  }
 }
 
 }  // namespace
