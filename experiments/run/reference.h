@@ -47,12 +47,14 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
 // The two estimators a scene's reference is rendered with: path tracing, and bidirectional path tracing with other random
 // numbers, which has the same mean only if all densities of its strategies are right. No path tracer finds the caustic of a
 // point, spot or directional light: such a scene has the bidirectional one, and vertex connection and merging to check it,
-// which also samples what that one cannot: caustics shown again by mirrors and glass. If there are any, the two disagree.
+// which also samples what that one cannot: caustics shown again by mirrors and glass. If there are any, the two disagree. The
+// same goes where a pilot says that bidirectional paths leave light out (`hides_light`): lamps so small that no path meets them
+// behind glass.
 struct EstimatorPair {
   Method first, second;
   bool second_checks_only = false;  // it is biased: the reference is the first alone
 };
-EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ivec2 resolution);
+EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ivec2 resolution, bool hides_light = false);
 
 // How far a check that is biased may lie off, relative to the image's mean.
 inline constexpr double biased_check_indifference = 5e-3;

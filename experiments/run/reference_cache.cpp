@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // It is to be raised when a reference of old must no longer be believed.
-constexpr std::string_view format_version = "2";
+constexpr std::string_view format_version = "3";
 
 std::string prefix(const Scene& scene) { return fmt::format("{:016x}-d{}-", scene.hash(), scene.max_depth.value_or(64)); }
 

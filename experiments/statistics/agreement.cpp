@@ -52,8 +52,9 @@ struct Comparison {
   double conviction() const { return ratio(limit + allowance); }
   // The multiple of the samples at which limit and allowance would have fallen to the excess: one falls as the root of the
   // samples, the other as their inverse.
-  double times_the_samples() const {
-    const double root = (limit + std::sqrt(limit * limit + 4 * allowance * excess)) / (2 * excess);
+  double times_the_samples() const { return times_until(excess); }
+  double times_until(double radiance) const {
+    const double root = (limit + std::sqrt(limit * limit + 4 * allowance * radiance)) / (2 * radiance);
     return root * root;
   }
 
@@ -79,10 +80,19 @@ class Comparisons {
   }
 
   std::size_t tests() const { return tests_; }
+  double image_mean() const { return image_mean_; }
   const Comparison& worst_t() const { return worst_t_; }
   const Comparison& worst() const { return worst_; }  // nearest to a conviction
   // The least difference of the image's mean that would have convicted, relative to it.
-  double resolution() const { return relative(margin_ + image_limit_); }
+  double resolution() const { return relative(margin_ + unresolved()); }
+  // The same, as a radiance beyond the margin.
+  double unresolved() const { return image_.limit + image_.allowance; }
+  // Both may have missed as much light as they found, or more.
+  bool may_lack_light() const { return unresolved() > 0 && margin_ + unresolved() >= std::abs(image_mean_); }
+  // So many times the samples would find out; infinity: they have found nothing.
+  double times_to_resolve() const {
+    return image_mean_ != 0 ? image_.times_until(std::abs(image_mean_) - margin_) : std::numeric_limits<double>::infinity();
+  }
   double relative(double radiance) const { return image_mean_ != 0 ? radiance / std::abs(image_mean_) : radiance; }
 
  private:
@@ -103,7 +113,7 @@ class Comparisons {
                               y.variance_of_mean * y.variance_of_mean / (b_.batches() - 1));
       comparison.limit = error * student_t_quantile(1 - level_, degrees);
     }
-    if (region == 0) image_limit_ = std::max(image_limit_, comparison.limit + comparison.allowance);
+    if (region == 0 && comparison.limit + comparison.allowance > unresolved()) image_ = comparison;
     if (comparison.t_ratio() > worst_t_.t_ratio()) worst_t_ = comparison;
     if (comparison.conviction() > worst_.conviction()) worst_ = comparison;
   }
@@ -113,9 +123,14 @@ class Comparisons {
   std::size_t tests_;
   double level_;        // of each side of each test
   double least_limit_;  // of t
-  double image_mean_ = 0, margin_ = 0, image_limit_ = 0;
-  Comparison worst_t_, worst_;
+  double image_mean_ = 0, margin_ = 0;
+  Comparison worst_t_, worst_, image_;
 };
+
+std::string samples_text(double times) {
+  return std::isfinite(times) ? fmt::format("about {:.0f} times the samples can tell", std::ceil(times))
+                              : "no number of samples is known that can tell";
+}
 
 // Writes the verdict's part of the text.
 std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons) {
@@ -126,11 +141,15 @@ std::string describe(Agreement::Verdict verdict, const Comparisons& comparisons)
   if (verdict == Agreement::Verdict::agree)
     return fmt::format("agree, worst t at {:.0f} % of its limit; the image's mean resolved to {:.2g} %", 100 * t.t_ratio(),
                        100 * comparisons.resolution());
+  if (verdict == Agreement::Verdict::cannot_tell && t.t_ratio() <= 1)
+    return fmt::format(
+        "{} whether both lack light: the image's mean is {:.3g}, and bright paths not yet seen may add {:.3g}; {}", undecided,
+        comparisons.image_mean(), comparisons.unresolved(), samples_text(comparisons.times_to_resolve()));
   if (verdict == Agreement::Verdict::cannot_tell)
     return fmt::format(
         "{} whether they differ in {}: t at {:.0f} % of its limit, but bright paths not yet seen in {} samples "
-        "may add {:.3g} %; about {:.0f} times the samples can tell",
-        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance), std::ceil(t.times_the_samples()));
+        "may add {:.3g} %; {}",
+        undecided, where, 100 * t.t_ratio(), t.n, 100 * comparisons.relative(t.allowance), samples_text(t.times_the_samples()));
   return fmt::format("DISAGREE in {}, where {:.3g} % could be chance (t at {:.0f} % of its limit)", where,
                      100 * comparisons.relative(worst.limit + worst.allowance), 100 * worst.t_ratio());
 }
@@ -213,6 +232,11 @@ Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, cons
                    : comparisons.worst_t().t_ratio() > 1 ? Verdict::cannot_tell
                                                          : Verdict::agree;
   if (result.verdict == Verdict::cannot_tell) result.times_the_samples = comparisons.worst_t().times_the_samples();
+  if (result.verdict == Verdict::agree && comparisons.may_lack_light()) {
+    result.verdict = Verdict::cannot_tell;
+    result.times_the_samples = comparisons.times_to_resolve();
+    result.may_lack = comparisons.unresolved();
+  }
   result.text =
       fmt::format("{} t-tests of means (3 channels, image and {} x {} blocks, {} and {} batches, false-alarm rate {:g}): {}",
                   comparisons.tests(), grid, grid, a.batches(), b.batches(), options.false_alarm_rate,

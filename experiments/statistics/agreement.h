@@ -12,6 +12,9 @@
 // tell, and the verdict says how many samples could. The bound is the brightest light's radiance (paths are MIS-weighted with
 // each other so that none carries much more), or twice what the skewness of the noise says of the rare samples in it, if that
 // is larger: delta lights have no radiance.
+//
+// Two estimators that have both missed the same light agree. Where what they may have missed is as much as the image's mean, or
+// more, the verdict is that the data cannot tell: a lamp seen by way of glass alone leaves both of them black.
 #pragma once
 
 #include "framework/image/film.h"
@@ -67,7 +70,8 @@ struct AgreementOptions {
 struct Agreement {
   enum class Verdict : std::uint8_t { agree, cannot_tell, disagree } verdict = Verdict::agree;
   std::string text;              // what was compared and how it came out
-  double times_the_samples = 1;  // so many more let one tell: only where this verdict cannot
+  double times_the_samples = 1;  // so many more let one tell: only where this verdict cannot; infinity: nobody knows how many
+  double may_lack = 0;  // radiance, on the image's mean, that both may have missed: not told apart from what they found
 };
 
 // Rounds so many times the samples up to a power of two.

@@ -162,5 +162,29 @@ TEST(AgreementRates, OnePixelIsEnough) {
   EXPECT_EQ(judge(c, 20, 1e-3, 1.02).disagree, 20);
 }
 
+// Both images are black, or nearly so, beside what one path more may bring.
+TEST(Agreement, CannotTellWhetherBothLackLight) {
+  const auto of_value = [](double value) {
+    BatchStatistics statistics({16, 16}, 16);
+    for (int batch = 0; batch < reference_batches; ++batch) {
+      Image image({16, 16});
+      for (dvec3& pixel : image.pixels) pixel = dvec3(value * (1 + 1e-3 * (batch % 2)));
+      statistics.add(image);
+    }
+    return statistics;
+  };
+  const AgreementOptions bright{.brightest = 1e4};
+  const Agreement black = compare_means(of_value(0), of_value(0), bright);
+  EXPECT_EQ(black.verdict, Outcome::cannot_tell);
+  EXPECT_NE(black.text.find("no number of samples"), std::string::npos) << black.text;
+  EXPECT_GT(black.may_lack, 0);
+  const Agreement dim = compare_means(of_value(0.1), of_value(0.1), bright);
+  EXPECT_EQ(dim.verdict, Outcome::cannot_tell);
+  EXPECT_GT(dim.times_the_samples, 1);
+  EXPECT_TRUE(std::isfinite(dim.times_the_samples));
+  EXPECT_EQ(compare_means(of_value(1000), of_value(1000), bright).verdict, Outcome::agree);
+  EXPECT_EQ(compare_means(of_value(0), of_value(0), {}).verdict, Outcome::agree) << "there is no light";
+}
+
 }  // namespace
 }  // namespace etendue
