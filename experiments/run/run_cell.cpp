@@ -135,13 +135,15 @@ class CellRunner {
     const auto tell = [&told](std::string text) {
       if (!text.empty()) told.push_back(std::move(text));
     };
+    // Pilots choose lights in their own way, after which nothing tells how the method chose them.
+    std::string seldom = lights_seldom_chosen(context, used.name);
     if (!result_.chosen) tell(light_out_of_reach(context, used.name, used.params));
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && told.empty())
       tell(fmt::format("{}: {}", used.name, left_out));
     tell(surfaces_mixed(context, used.name, used.params));
     tell(surfaces_coincide(context));
     tell(lights_coincide(context));
-    tell(lights_seldom_chosen(context, used.name));
+    tell(std::move(seldom));
   }
 
   Effort effort() const { return task_.effort.value_or(effort_of(task_.budget)); }

@@ -8,6 +8,8 @@
 #include "integrators/photons/photons.h"
 #include "integrators/progressive/radius_policy.h"
 
+#include <fmt/format.h>
+
 namespace etendue {
 
 namespace {
@@ -62,7 +64,7 @@ class Vcm final : public Integrator {
   bool merges_vertices_ = false;
   VcmSettings settings_;
   float first_radius_ = 0;
-  bool specular_ = false, narrow_lobes_ = false, hidden_caustics_ = false;
+  bool specular_ = false, narrow_lobes_ = false, caustics_ = false, hidden_caustics_ = false;
   LightPaths light_paths_;
   VcmMerges merges_;
   std::vector<dvec3> splats_;
@@ -83,7 +85,8 @@ void Vcm::prepare(RenderContext& context) {
   const Scene& scene = context.scene;
   specular_ = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return has_specular(m); });
   narrow_lobes_ = RoughMaterials(scene, narrow_lobe).narrow_lobes();
-  hidden_caustics_ = context.needs.caustic_map && std::any_of(scene.lights.begin(), scene.lights.end(), is_delta);
+  caustics_ = context.needs.caustic_map;
+  hidden_caustics_ = caustics_ && std::any_of(scene.lights.begin(), scene.lights.end(), is_delta);
   if (setting_ != Setting::vcm) return;
   const int neighbours = params_.neighbours > 0 ? params_.neighbours : neighbours_by_need(context);
   merges_vertices_ = params_.radius > 0 || neighbours > 0;
@@ -156,7 +159,8 @@ Expectation Vcm::expectation() const {
   if (setting_ == Setting::light_trace && specular_)
     return {Bias::biased, -1, 1,
             "specular surfaces are black: the method cannot sample paths that end on one before the camera",
-            "specular surfaces are black, and so is what is seen by way of them; bdpt brings it"};
+            fmt::format("specular surfaces are black, and so is what is seen by way of them; {} brings it",
+                        caustics_ ? "vcm" : "bdpt")};
   if (setting_ == Setting::light_trace && narrow_lobes_)
     return {Bias::unbiased, -1, 0, "",
             "surfaces of narrow lobes, such as frosted glass of an index near 1, are noise or black, and so is what is seen by "

@@ -36,6 +36,13 @@ bool has_distant_light(const RenderContext& context) {
   });
 }
 
+// Do mirrors or glass show light that came by way of others, whose lights no path of the pilot met? A bidirectional path cannot
+// be joined between two specular surfaces.
+bool hides_caustics(const PilotFindings& found) {
+  return found.caustic_photons >= fewest_caustics && found.by_specular * found.caustic_light >= least_caustic_light &&
+         found.caustic_hits == 0;
+}
+
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
@@ -60,6 +67,11 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
   const bool by_either = method == "bdpt" || (is_among(by_caustic_map, method) && !without);
   if (by_either) {
     const PilotFindings found = run_pilot(context);
+    if (method == "bdpt" && hides_caustics(found))
+      return fmt::format(
+          "{}: light that comes by way of specular surfaces is left out, or noise, where specular surfaces show it; vcm brings "
+          "it",
+          method);
     if (context.lights.empty() || found.photons_seen > 0 || !(found.path_error > 0) || !has_distant_light(context)) return "";
     return fmt::format(
         "{}: no photon of a pilot lands where the camera sees it: light that comes by way of specular surfaces is noise, or "

@@ -1,5 +1,6 @@
 // What a method leaves out or mixes up, as the warning beside its image says.
 #include "integrators/warnings/out_of_reach.h"
+#include "experiments/run/run_cell.h"
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
 #include "integrators/registry.h"
@@ -30,6 +31,9 @@ TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
     EXPECT_NE(told("builtin:glass-caustic", cache, "off").find("leaves it noisy; cppm brings it"), std::string::npos) << cache;
   }
   EXPECT_EQ(told("builtin:water", "cppm"), "");
+  EXPECT_NE(told("builtin:veiled-lamp?seen=through,radius=0.003", "bdpt").find("vcm brings it"), std::string::npos);
+  for (const char* scene : {"builtin:glass-caustic", "builtin:cornell-spheres", "builtin:veiled-lamp?radius=0.003"})
+    EXPECT_EQ(told(scene, "bdpt"), "") << scene;
   EXPECT_EQ(told("builtin:thin-wall", "path"), "");    // a mirror in which paths find the light
   EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular
 }
@@ -240,6 +244,28 @@ TEST(LightsSeldomChosen, AreToldWhereAHiddenLightHasNearlyAllPower) {
   }
   EXPECT_NE(told("path", 1e6f, true), "");
   EXPECT_EQ(told("path", 1e6f, false), "") << "its other samples find the lamp";
+}
+
+// Pilots of other warnings choose lights in their own way.
+TEST(LightsSeldomChosen, AreToldOfTheMethodsOwnChoice) {
+  SceneBuilder b("cellar");
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+  b.light(PointLight{{0, 2, 0}, Rgb(1)});
+  b.light(PointLight{{0, -2, 0}, Rgb(1e6f)});
+  b.camera({0.3f, 1.5f, 3.5f}, {0, 0, 0}, 40, {16, 16});
+  const Scene scene = b.finish();
+  const auto told = [&](const char* lights) {
+    const Method accel{"binned-sah", {}, {}}, sppm{"sppm", {{"lights", {std::string(lights), {}}}}, {}};
+    const Budget budget = Budget::of_iterations(2);
+    const SceneNeeds needs = scene_needs(scene);
+    CellTask task{scene, needs, accel, sppm, 1, {16, 16}, budget, 2};
+    task.looks_for_left_out = true;
+    return std::ranges::any_of(run_cell(task).out_of_reach,
+                               [](const std::string& text) { return text.find("light sample in") != std::string::npos; });
+  };
+  EXPECT_TRUE(told("power"));
+  EXPECT_FALSE(told("uniform"));
+  EXPECT_FALSE(told("tree"));
 }
 
 }  // namespace
