@@ -34,7 +34,7 @@ class ChiSquaredRadius {
     void begin(const GatherDisc& disc, const GatherPoint& at, const Rgb& throughput);
     void add(const Rgb& reflected, const vec3& offset, float distance_squared);
 
-    std::array<std::uint16_t, parts> counts{};
+    std::array<std::uint32_t, parts> counts{};
 
    private:
     vec3 tangent_{0}, bitangent_{0};
