@@ -35,6 +35,10 @@ CausticLight::CausticLight(const RenderContext& context, int caustic_photons, in
 }
 
 void CausticLight::trace(RenderContext& context, std::uint32_t iteration) {
+  if (weight_ > 0) emission_.emitted(brought_);
+  Sampler numbers(SamplerKind::independent, context.seed, Stream::light_path, hash_keys(3), iteration);
+  weight_ = emission_.weight(numbers.get_1d());
+  if (weight_ == 0) return;
   maps_.trace_caustics(context, iteration, static_cast<float>(1 / math::cbrt(iteration + 1.0)));
 }
 

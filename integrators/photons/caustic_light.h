@@ -16,11 +16,15 @@
 // (i + 1)^-(1/3) of the one that holds the k nearest (alpha = 2/3 of [Knaus2011], the best rate of this form
 // [Kaplanyan2013]): light is blurred by the kernel and lost at edges, which vanishes with it. Where photons lie evenly, kernels
 // hold more than four times as many (photon_gather.h).
+//
+// Where photons have lit nothing that was looked at, iterations have them less and less often (RareEmission).
 #pragma once
 
 #include "integrators/paths/path.h"
 #include "integrators/photons/photon_maps.h"
 
+#include <algorithm>
+#include <atomic>
 #include <optional>
 
 namespace etendue {
@@ -39,12 +43,31 @@ void describe_caustics(Visitor& v, CausticParams& p) {
             "emitted for that map in every iteration; 0: three for each pixel, but no fewer than 20,000");
 }
 
+// As long as v emissions have brought nothing, there is the next one with a chance of 1 / v, and it counts v times: the mean is
+// that of emissions in every iteration, and n iterations have some sqrt(2 n). Once one has brought something, all iterations
+// have theirs.
+class RareEmission {
+ public:
+  // What an emission counts now; 0: there is none. `u`: uniform in [0, 1).
+  float weight(float u) const { return u * expected() < 1 ? expected() : 0; }
+  void emitted(bool brought) {
+    found_ = found_ || brought;
+    ++emissions_;
+  }
+  float chance() const { return 1 / expected(); }
+
+ private:
+  float expected() const { return found_ ? 1.0f : static_cast<float>(std::max(emissions_, 1)); }
+  bool found_ = false;
+  int emissions_ = 0;
+};
+
 class CausticLight final : public PathCaustics {
  public:
   // `narrow`: a GGX alpha above which no lobe's core is left to paths.
   CausticLight(const RenderContext& context, int caustic_photons, int max_depth, SamplerKind sampler, float narrow = infinity);
 
-  int photons() const { return maps_.caustic_photons(); }  // emitted in an iteration
+  double photons() const { return emission_.chance() * maps_.caustic_photons(); }  // emitted in an iteration, as expected
   // The photons of an iteration.
   void trace(RenderContext& context, std::uint32_t iteration);
 
@@ -54,12 +77,19 @@ class CausticLight final : public PathCaustics {
   }
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                 int depth) const override {
+    if (weight_ == 0) return Rgb(0);
     const bool of_tails = lobes_ && lobes_->has_tails(point.material);
-    return maps_.caustics(context, point, bsdf, wo, max_depth_ - depth - 1, of_tails ? lobes_->tail_density() : infinity);
+    const float tail_density = of_tails ? lobes_->tail_density() : infinity;
+    const Rgb light = weight_ * maps_.caustics(context, point, bsdf, wo, max_depth_ - depth - 1, tail_density);
+    if (!is_black(light)) brought_.store(true, std::memory_order_relaxed);
+    return light;
   }
 
  private:
   PhotonMaps maps_;
+  RareEmission emission_;
+  float weight_ = 0;                           // of the latest photons; 0: there are none
+  mutable std::atomic<bool> brought_ = false;  // to anything that was looked at
   int max_depth_;
   std::optional<RoughMaterials> lobes_;  // whose cores are left to paths; none: no lobe's
 };

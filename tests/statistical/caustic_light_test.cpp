@@ -119,6 +119,47 @@ TEST(CausticLight, CostsNothingWhereNothingIsSpecular) {
   }
 }
 
+// An emission brings 1 with a chance of 2 %, else nothing.
+TEST(RareEmission, KeepsTheMeanAndTakesFewEmissions) {
+  constexpr int runs = 20000, iterations = 64;
+  constexpr double chance = 0.02;
+  Pcg32 rng(1, 1);
+  double sum = 0, squares = 0, emissions = 0;
+  for (int run = 0; run < runs; ++run) {
+    RareEmission emission;
+    double brought = 0;
+    for (int i = 0; i < iterations; ++i) {
+      const float weight = emission.weight(rng.next_float());
+      if (weight == 0) continue;
+      const bool found = rng.next_float() < chance;
+      brought += found ? weight : 0;
+      emission.emitted(found);
+      emissions += 1.0 / runs;
+    }
+    sum += brought / runs;
+    squares += brought * brought / runs;
+  }
+  const double error = std::sqrt((squares - sum * sum) / runs);
+  EXPECT_NEAR(sum, chance * iterations, 4 * error);
+  EXPECT_LT(error, 0.05);
+  EXPECT_LT(emissions, 0.5 * iterations);
+}
+
+// The sun's light lands on the plate, and the camera sees what lies below it: the same bits as without a map.
+TEST(CausticLight, ThatLightsNothingSeenIsEmittedLessAndLess) {
+  const Scene scene = load_scene("builtin:thin-plate");
+  const SceneNeeds needs = scene_needs(scene);
+  const auto emitted = [&](std::uint64_t iterations) {
+    const Method accel{"binned-sah", {}, {}}, method{"hash-cache", {}, {}};
+    const Budget budget = Budget::of_iterations(iterations);
+    const CellResult cell = run_cell({scene, needs, accel, method, 1, {16, 16}, budget, 2});
+    return find_value(cell.checkpoints.back().counters, counter_name(Counter::photons_emitted)).value_or(0);
+  };
+  const double some = static_cast<double>(emitted(8)), more = static_cast<double>(emitted(128));
+  EXPECT_GT(some, 0);
+  EXPECT_LT(more, 8 * some);
+}
+
 TEST(CausticLight, IsTheSameAtAnyThreadCount) {
   const Scene scene = load_scene("builtin:glass-caustic");
   for (const char* method : caches) {
