@@ -11,10 +11,11 @@ constexpr auto names_of(LightChoice) { return std::array{"auto", "power", "unifo
 
 template <class Visitor>
 void describe_lights(Visitor& v, LightChoice& lights) {
-  v.choice("lights", lights,
-           "how light samples choose among lights: by power, all alike, or by a tree over what each may send to the point; "
-           "auto: the tree from 9 lights on that are not at infinity, from 3 unless all are triangles; in path if they are small "
-           "beside the scene");
+  v.choice(
+      "lights", lights,
+      "how light samples choose among lights: by power, all alike, or by a tree over what each may send to the point; "
+      "auto: the tree from 9 lights on that are not at infinity, from 3 unless all are triangles (from 2 where light samples "
+      "alone find them); in path if they are small beside the scene");
 }
 
 }  // namespace etendue

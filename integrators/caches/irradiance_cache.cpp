@@ -106,9 +106,8 @@ void IrradianceCache::prepare(RenderContext& context) {
   }
   timed.emplace(context.phases, "initial_pass");
   const bool by_records = params_.fill == RecordFill::records;
-  CacheSettings first = settings;
-  first.strata = HemisphereStrata::of(progress_.rays_at(stage(), params_.samples));
-  if (by_records) kept_ = kept_below_limit(context, first, seen, paths_to(max_depth_), params_.cache_direct, caustics_.get());
+  if (by_records)
+    kept_ = kept_below_limit(context, settings, seen, paths_to(max_depth_), params_.cache_direct, caustics_.get());
   start(context, settings, std::move(seen), by_closed_form_ ? 0 : params_.extra_samples);
   radiance_ = [this, by_records, &context](std::span<PathSample> paths, int depth) {
     const auto level = static_cast<std::size_t>(depth - 1);

@@ -3,9 +3,10 @@
 //
 // A record holds light of as many scattering events as its own depth leaves it, but where a path ends some of these events have
 // happened already: it would count paths that are longer than the depth limit allows. The share of a record's light that one
-// event less would leave hardly varies over a scene, because after some bounces light of any further event has nearly the same
-// distribution. So it is measured once for each level of records, as a mean over a few points, and the record's light is
-// multiplied by it. Beyond `shared_above` events the limit no longer matters.
+// event less would leave hardly varies over most scenes, because after some bounces light of any further event has nearly the
+// same distribution. So it is measured once for each level of records, as a mean over a few points, and the record's light is
+// multiplied by it. Where it varies (a white room beside a dark one, a limit of two or three events), paths do not end in
+// records: a share that is 0.02 off is amplified by all bounces. Beyond `shared_above` events the limit no longer matters.
 #pragma once
 
 #include "integrators/caches/cache_fill.h"
@@ -32,10 +33,10 @@ class TerminateInCache final : public PathEnd {
 };
 
 // The share of the irradiance in records of each level that a depth limit of one event less than theirs would leave, per
-// channel in [0, 1]: those of level l have paths.max_depth - l. It is found by path tracing from at most 64 of the points
-// `seen`, with the same random numbers for all limits. Empty where the limit does not matter; levels are missing of which
-// nothing is seen, or where no light is found.
-std::vector<Rgb> kept_below_limit(const RenderContext& context, const CacheSettings& settings, std::span<const CachePoint> seen,
+// channel in [0, 1]: those of level l have paths.max_depth - l. It is found by path tracing from at most 32 of the points
+// `seen`, with the same random numbers for all limits. Empty where the limit does not matter; levels are missing from the first
+// on of which nothing is seen, where no light is found, or where the share varies by more than 0.02 over the points.
+std::vector<Rgb> kept_below_limit(const RenderContext& context, CacheSettings settings, std::span<const CachePoint> seen,
                                   const PathSettings& paths, bool cache_direct, const PathCaustics* caustics);
 
 }  // namespace etendue
