@@ -77,6 +77,25 @@ TEST(PbrtLights, DeltaLights) {
   EXPECT_TRUE(warns(world("LightSource \"point\" \"rgb I\" [0 0 0]"), "is black"));
 }
 
+TEST(PbrtLights, NarrowSpotsHaveTheFadingOfFiveDegrees) {
+  const auto spot = [](const std::string& film, const std::string& angle) {
+    return parse_pbrt(film + " WorldBegin LightSource \"spot\" \"float coneangle\" " + angle + " " + triangle, "s.pbrt");
+  };
+  const auto falloff = [&](const std::string& film, const char* angle, float degrees) {
+    const float theta = degrees * pi / 180;
+    return spot_falloff(std::get<SpotLight>(spot(film, angle).lights.at(0)), {math::sin(theta), 0, math::cos(theta)});
+  };
+  for (const char* film : {"Film \"image\"", "Film \"rgb\""}) {
+    EXPECT_EQ(falloff(film, "4", 0.9f), 1) << "cos(4 - 5 degrees) is where light begins to fade";
+    EXPECT_LT(falloff(film, "4", 1.1f), 1);
+    EXPECT_EQ(falloff(film, "2", 1.9f), 1) << "five degrees are more than twice the cone: its edge is hard";
+    EXPECT_EQ(falloff(film, "2", 2.1f), 0);
+  }
+  EXPECT_TRUE(warns(spot("Film \"rgb\"", "2"), "pbrt-v4 fades over"));
+  EXPECT_FALSE(warns(spot("Film \"rgb\"", "4"), "fades"));
+  EXPECT_FALSE(warns(spot("Film \"image\"", "2"), "fades"));
+}
+
 TEST(PbrtLights, AreaLightsCoverTheirShapes) {
   const Scene scene =
       world("AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"float scale\" 2 \"bool twosided\" \"true\"\n" +

@@ -187,11 +187,20 @@ Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
 Light PbrtReader::spot_light(const PbrtParams& params) {
   const vec3 from = params.point("from", vec3(0)), to = params.point("to", vec3(0, 0, 1));
   const float angle = params.number("coneangle", 30, narrowest_spot, 180);
-  const float delta = params.number("conedeltaangle", params.number("conedelta", std::min(5.0f, angle), 0, 180), 0, 180);
-  if (delta > angle) params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
+  const bool states_delta = params.has("conedeltaangle") || params.has("conedelta");
+  const float delta = params.number("conedeltaangle", params.number("conedelta", 5, 0, 180), 0, 180);
+  if (states_delta && delta > angle)
+    params.fail("conedeltaangle", fmt::format("is {}; expected no more than coneangle, {}", delta, angle));
   if (!ctm().similarity_scale())
     approximate(params.where(), params.owner() + ": its transform distorts the cone", "a round cone");
-  const float outer = math::cos(angle * degrees), inner = math::cos((angle - delta) * degrees);
+  // Where the five degrees that are not stated are more than the cone, pbrt's fading begins on the axis' other side.
+  const float begins = std::abs(angle - delta);
+  if (begins > angle && !version3_)
+    warn(params.where("coneangle"), params.owner() +
+                                        ": has an even light and a hard edge, as in pbrt-v3; pbrt-v4 fades over "
+                                        "'conedeltaangle', 5 degrees if it is not stated, and lights what lies "
+                                        "outside such a narrow cone");
+  const float outer = math::cos(angle * degrees), inner = math::cos(std::min(begins, angle) * degrees);
   return SpotLight{.position = placed(params, ctm(), from),
                    .direction = unit_direction(params, ctm(), from, to),
                    .intensity = emitted(params, "I", "power", 2 * pi * (1 - 0.5f * (inner + outer))),
