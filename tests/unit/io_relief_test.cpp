@@ -66,6 +66,13 @@ TEST_F(Looks, PbrtNormalMapsAreImageFiles) {
   expect_near(n, glm::normalize(vec3(0.6f, 0.0039f, 0.804f)), 1e-2f);
 }
 
+TEST_F(Looks, PbrtNormalMapsHideDisplacementInVersion4) {
+  const Scene scene =
+      pbrt(ramp + "Material \"diffuse\" \"texture displacement\" \"t\" \"string normalmap\" \"lean.png\" " + triangle);
+  expect_near(normal_of(scene), glm::normalize(vec3(0.6f, 0.0039f, 0.804f)), 1e-2f);
+  EXPECT_TRUE(warns(scene, "'displacement' has no effect beside 'normalmap', as in pbrt-v4"));
+}
+
 TEST_F(Looks, PbrtLightsShowTheirImage) {
   const Scene scene =
       pbrt("AreaLightSource \"diffuse\" \"string filename\" \"ramp.png\" \"rgb L\" [6 3 0] " + triangle + "Shape \"sphere\" ");

@@ -153,8 +153,13 @@ void PbrtReader::read_relief(const PbrtParams& params, MaterialEntry& entry) {
            fmt::format("the normals of '{}' are its values as they are; pbrt-v4 decodes them as sRGB, for it is no PNG", file));
     entry.relief = {Relief::Kind::normals, add_texture(ImageTexture{.size = image.size, .texels = std::move(image.texels)})};
   }
+  const bool has_normals = entry.relief.kind == Relief::Kind::normals && params.has("normalmap");
   for (const std::string_view name : {"displacement", "bumpmap"}) {
     const auto texture = params.texture(name);
+    if (texture && has_normals && !version3_) {
+      warn(params.where(name), fmt::format("{}: '{}' has no effect beside 'normalmap', as in pbrt-v4", params.owner(), name));
+      continue;
+    }
     if (!texture) {
       params.number(name, 0);  // the same height all over
       continue;
