@@ -96,6 +96,20 @@ TEST(PbrtLights, NarrowSpotsHaveTheFadingOfFiveDegrees) {
   EXPECT_FALSE(warns(spot("Film \"image\"", "2"), "fades"));
 }
 
+TEST(PbrtLights, PowerIsThatOfTheWholeShapeWhateverAlphaCutsAway) {
+  const auto radiance = [](const std::string& alpha) {
+    const Scene scene = approximated(
+        "Texture \"a\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0 AreaLightSource \"diffuse\" \"float "
+        "power\" 8 "
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"point2 uv\" [0 0 2 0 2 2 0 2] \"integer indices\" "
+        "[0 1 2 0 2 3] " +
+        alpha);
+    return std::get<AreaLight>(scene.lights.at(0)).radiance.x;
+  };
+  EXPECT_FLOAT_EQ(radiance("\"texture alpha\" \"a\""), radiance("")) << "two triangles of 8 each over all of the square";
+  EXPECT_NEAR(radiance(""), 16 / pi, 1e-4f);
+}
+
 TEST(PbrtLights, AreaLightsCoverTheirShapes) {
   const Scene scene =
       world("AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"float scale\" 2 \"bool twosided\" \"true\"\n" +

@@ -281,13 +281,14 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   mend_attributes(mesh, name);
   for (const std::string& warning : mesh.warnings) warn(params.where(), warning);
   if (mesh.uvs.empty() && !mesh.quads.empty() && needs_uvs(params)) give_uvs_of_quads(mesh);
-  const std::uint32_t mask = add_mask(params, mesh, *opacity);
   if (mesh.triangles.empty()) return;
-  const std::uint32_t material = material_on(mesh, params);
+  ShapeLook appearance = look(params, reverse != t.swaps_handedness(), no_id, no_id);
+  spread_power(appearance, mesh, params, shapes);  // over what alpha cuts away, too, as in pbrt
+  appearance.mask = add_mask(params, mesh, *opacity);
+  if (mesh.triangles.empty()) return;
+  appearance.material = material_on(mesh, params);
   const std::size_t triangles = mesh.triangles.size();
   Definition& definition = open_definition_ ? *open_definition_ : world_;
-  ShapeLook appearance = look(params, reverse != t.swaps_handedness(), material, mask);
-  spread_power(appearance, mesh, params, shapes);
   const std::uint64_t invalid = definition.parts[0].builder.add(std::move(mesh), appearance);
   left_out_.add(params.where().text() + ": " + name, triangles, invalid);
 }
