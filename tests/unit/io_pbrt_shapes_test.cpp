@@ -218,6 +218,16 @@ TEST(PbrtShapes, LightsThatAreMirroredQuadricsAreTold) {
   EXPECT_FALSE(warns(world(disk + triangle), "mirroring"));
 }
 
+TEST(PbrtShapes, GlassQuadricsThatAreMirroredAreTold) {
+  const std::string mirrored = "Scale 1 1 -1 ", sphere = "Shape \"sphere\"", glass = "Material \"dielectric\" ";
+  EXPECT_TRUE(warns(world(mirrored + glass + sphere), "takes what lies outside for the inside of glass"));
+  EXPECT_TRUE(warns(world(mirrored + "Material \"glass\" Shape \"sphere\" \"float phimax\" 90"), "the inside of glass"));
+  EXPECT_FALSE(warns(world(glass + sphere), "inside of glass"));
+  EXPECT_FALSE(warns(world(mirrored + sphere), "inside of glass"));
+  EXPECT_FALSE(warns(world(mirrored + "Material \"thindielectric\" " + sphere), "inside of glass"));
+  EXPECT_FALSE(warns(world(mirrored + glass + triangle), "inside of glass"));
+}
+
 TEST(PbrtShapes, ObjectsAreInstancedByName) {
   const Scene scene = world("ObjectBegin \"o\" Translate 1 0 0 " + triangle +
                             "ObjectEnd\nTranslate 0 5 0 ObjectInstance \"o\" Scale 2 2 2 ObjectInstance \"o\"");

@@ -91,6 +91,11 @@ void PbrtReader::quadric(const PbrtQuadric& quadric, const PbrtParams& params) {
     warn(params.where(), params.owner() +
                              ": under a mirroring transform pbrt shows the other side of a light than it takes "
                              "light from; here both are the latter");
+  const auto* const glass = std::get_if<Dielectric>(&materials_[attributes_.material].material);
+  if (glass && !glass->thin && ctm().swaps_handedness())
+    warn(params.where(), params.owner() +
+                             ": under a mirroring transform pbrt takes what lies outside for the inside of glass; here it is "
+                             "as without the mirroring");
   if (quadric.whole)
     place(*quadric.whole, quadric.patch, params);
   else
