@@ -275,6 +275,24 @@ TEST(PbrtTextures, ImagesAreDecodedOnce) {
                "s.pbrt:2:35: cannot open");
 }
 
+TEST(PbrtTextures, WhatIsInvertedIsWhiteWhereItWouldBeBlack) {
+  const TestDirectory directory;
+  directory.write("a.png", png_bytes({188, 188, 188}, {1, 1}));
+  const auto reflectance = [&](const std::string& invert, const vec2& uv) {
+    const Scene scene = parse_pbrt(
+        "WorldBegin Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.png\" \"string wrap\" \"black\" \"float "
+        "uscale\" 2 \"float vscale\" 2 " +
+            invert +
+            " Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]",
+        directory.path("s.pbrt"));
+    return evaluate(scene.textures.at(std::get<Diffuse>(scene.materials.back()).reflectance.texture), uv).x;
+  };
+  const std::string invert = "\"bool invert\" true";
+  EXPECT_NEAR(reflectance(invert, vec2(0.25f)), 1 - 0.5028865f, 1e-3f);
+  EXPECT_NEAR(reflectance(invert, vec2(0.9f)), 1, 1e-3f);
+  EXPECT_EQ(reflectance("", vec2(0.9f)), 0);
+}
+
 TEST(PbrtTextures, Version4AsksForTheEncodingOfPngAlone) {
   const TestDirectory directory;
   directory.write("a.tga", std::string("\0\0\2\0\0\0\0\0\0\0\0\0\1\0\1\0\x18\0\xbc\xbc\xbc", 21));

@@ -102,7 +102,12 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
       warn(params.where("filter"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
   texture.size = image.size;
   texture.texels = std::move(image.texels);
-  if (params.boolean("invert", false)) {
+  const bool inverts = params.boolean("invert", false);
+  if (inverts && wrap == Wrap::black)  // which is white then
+    return {mapped_field(image_field(std::move(texture), mapping),
+                         [](const Rgb& value) { return glm::max(Rgb(1) - value, Rgb(0)); }),
+            file};
+  if (inverts) {
     for (Rgb& texel : texture.texels) texel = glm::max(Rgb(1) - texture.gain * texel, Rgb(0));
     texture.gain = 1;
   }
