@@ -231,6 +231,33 @@ TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
                   0.25f);
 }
 
+TEST(MitsubaBsdfs, ColouredOpacitiesAreNumbersFromVersion2On) {
+  const TestDirectory directory;
+  const std::string header("\0\0\2\0\0\0\0\0\0\0\0\0\1\0\1\0\x18\0", 18);
+  directory.write("red.tga", header + std::string("\0\0\xff", 3));
+  directory.write("grey.tga", header + "\xbc\xbc\xbc");
+  const std::string red = R"(<rgb name="opacity" value="1,0,0"/>)",
+                    image = R"(<texture name="opacity" type="bitmap"><string name="filename" value="red.tga"/></texture>)";
+  const auto masked = [&](const std::string& opacity, const char* version, bool approximate) {
+    return load_scene(
+        directory.write("s.xml", scene_text("<shape type=\"rectangle\"><bsdf type=\"mask\"><bsdf type=\"diffuse\"/>" + opacity +
+                                                "</bsdf></shape>",
+                                            version)),
+        {}, {.approximate = approximate});
+  };
+  const auto share = [](const Scene& scene) {
+    return scene.opacity_at({.t = 1, .uv = vec2(0.3f), .instance = 0, .primitive = 0});
+  };
+  EXPECT_NEAR(share(masked(image, "3.0.0", false)), luminance(Rgb(1, 0, 0)), 1e-5f) << "an image's luminance";
+  EXPECT_NEAR(share(masked(red, "3.0.0", false)), 1.0f / 3, 1e-5f) << "the mean of a colour";
+  for (const std::string& opacity : {red, image}) {
+    EXPECT_ERROR(masked(opacity, "0.6.0", false), "an opacity that differs between colours");
+    EXPECT_TRUE(warns(masked(opacity, "0.6.0", true), "what passes keeps its colour"));
+  }
+  const std::string grey = R"(<texture name="opacity" type="bitmap"><string name="filename" value="grey.tga"/></texture>)";
+  EXPECT_EQ(share(masked(grey, "0.6.0", false)), share(masked(grey, "3.0.0", false)));
+}
+
 TEST(MitsubaBsdfs, LightsMayLetRaysThrough) {
   const auto opacity = [](const std::string& bsdf) {
     const Scene scene = read("<shape type=\"sphere\"><emitter type=\"area\"/>" + bsdf + "</shape>");

@@ -10,6 +10,30 @@
 
 namespace etendue {
 
+namespace {
+
+float unevenness(const Rgb& colour) { return max_component(colour) - std::min({colour.x, colour.y, colour.z}); }
+
+// How far the channels of an opacity differ.
+float unevenness(const Texture& opacity) {
+  if (const auto* checks = std::get_if<CheckerTexture>(&opacity))
+    return std::max(unevenness(checks->even), unevenness(checks->odd));
+  const auto& image = std::get<ImageTexture>(opacity);
+  float most = 0;
+  for (const Rgb& texel : image.texels) most = std::max(most, unevenness(image.gain * texel));
+  return most;
+}
+
+// From version 2 on Mitsuba takes the luminance of images, and the mean of a constant colour, as a mask does.
+Texture as_scalar(Texture opacity) {
+  if (auto* image = std::get_if<ImageTexture>(&opacity))
+    for (Rgb& texel : image->texels)
+      if (unevenness(texel) > 0) texel = Rgb(luminance(texel));
+  return opacity;
+}
+
+}  // namespace
+
 MitsubaReader::MaterialEntry MitsubaReader::two_sided(const Properties& of) {
   MaterialEntry entry = nested_bsdf(of, 2);
   entry.two_sided = true;
@@ -29,12 +53,17 @@ MitsubaReader::MaterialEntry MitsubaReader::mask(const Properties& of) {
 void MitsubaReader::set_mask(const Properties& of, const TextureValue& opacity, MaterialEntry& entry) {
   const auto* const varying = std::get_if<Texture>(&opacity);
   const float constant = varying ? 0.5f : mean_component(std::get<Rgb>(opacity));
+  constexpr float visible = 0.02f;  // beyond the noise of JPEG
+  if (version0() && (varying ? unevenness(*varying) : unevenness(std::get<Rgb>(opacity))) > visible)
+    approximate(of.where(), fmt::format("{}: an opacity that differs between colours is not supported", of.title()),
+                "the mean of its channels: what passes keeps its colour");
   entry.invisible = entry.invisible || constant <= 0;
   if (constant <= 0 || constant >= 1) return;
   if (entry.mask != no_id)
     approximate(of.where(), fmt::format("{}: a mask on a surface that has one already is not supported", of.title()),
                 "the outer one alone");
-  entry.mask = add_texture(varying ? *varying : ImageTexture{.size = {1, 1}, .texels = {Rgb(constant)}});
+  entry.mask = add_texture(varying ? version0() ? *varying : as_scalar(*varying)
+                                   : ImageTexture{.size = {1, 1}, .texels = {Rgb(constant)}});
   entry.textured = entry.textured || varying;
   entry.scene_index.reset();
 }

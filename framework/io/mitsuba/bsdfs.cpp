@@ -97,7 +97,8 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"twosided", "the bsdf in it; of two different ones approximated by the first", &R::two_sided},
       {"null", "no surface; of a light, one that emits and lets all rays through", &R::null_bsdf},
       {"mask",
-       "as it is, any ray passes by the share that is not opaque; an image's alpha channel approximated for its colours",
+       "as it is, any ray passes by the share that is not opaque; of an image its luminance; before version 2 an opacity that "
+       "differs between colours approximated: its mean; an image's alpha channel approximated for its colours",
        &R::mask},
       {"blendbsdf",
        "two that are alike but for constant colours mixed, one and null as a mask; others approximated by the one with more "
