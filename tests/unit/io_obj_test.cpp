@@ -50,6 +50,26 @@ TEST(ObjReader, QuadCoversItsAreaOnce) {
   EXPECT_FLOAT_EQ(area, 7);
 }
 
+TEST(ObjReader, PolygonsMayBeFansOfTheirFirstCorner) {
+  // The shorter diagonal of this saddle leads from its second corner to the fourth.
+  const std::string saddle = "v -2 0 1\nv 0 -1 0\nv 2 0 1\nv 0 1 0\nv 0 0 9\n";
+  const auto with_corner = [](const TriangleMesh& mesh, const vec3& corner) {
+    return std::ranges::count_if(mesh.triangles, [&](const uvec3& t) {
+      return mesh.positions[t.x] == corner || mesh.positions[t.y] == corner || mesh.positions[t.z] == corner;
+    });
+  };
+  const std::string quad = saddle + "f 1 2 3 4\r\ng other\nf 1 2 -1";
+  for (const TriangleMesh& mesh :
+       {parse_obj(quad, "m.obj", Polygons::fans), parse_obj_parts(quad, "m.obj", false).at(0).mesh}) {
+    ASSERT_EQ(mesh.triangles.size(), 3u);
+    EXPECT_EQ(with_corner(mesh, {2, 0, 1}), 2);
+    EXPECT_EQ(with_corner(mesh, {0, 1, 0}), 1);
+    EXPECT_EQ(with_corner(mesh, {0, 0, 9}), 1);
+  }
+  EXPECT_EQ(parse_obj_parts(quad, "m.obj", true).size(), 2u);
+  EXPECT_EQ(with_corner(parse_obj(quad, "m.obj"), {0, 1, 0}), 2) << "else cut along the shorter diagonal";
+}
+
 TEST(ObjReader, VerticesAreSharedPerDistinctTriple) {
   const TriangleMesh shared = parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n", "m.obj");
   EXPECT_EQ(shared.positions.size(), 4u);

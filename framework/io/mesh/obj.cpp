@@ -264,6 +264,27 @@ class EqualVertices {
   std::map<std::array<float, 8>, std::uint32_t> vertices_;
 };
 
+// Replaces each polygon of checked text by the triangles of its first corner with each edge.
+std::string with_fans(const std::string& text) {
+  std::string result;
+  WordReader words(text);
+  std::vector<std::string_view> corners;
+  for (std::size_t begin = 0; !words.at_end(); begin = words.offset()) {
+    const bool is_face = words.word() == "f";
+    corners.clear();
+    if (is_face)
+      for (std::string_view word = words.word(); !word.empty(); word = words.word()) corners.push_back(word);
+    words.next_line();
+    if (corners.size() <= 3) {
+      result += std::string_view(text).substr(begin, words.offset() - begin);
+      continue;
+    }
+    for (std::size_t i = 2; i < corners.size(); ++i)
+      result += fmt::format("f {} {} {}\n", corners[0], corners[i - 1], corners[i]);
+  }
+  return result;
+}
+
 // Calls `take(corners, part)` for each triangle.
 template <class Take>
 void load_triangles(std::string text, const std::string& name, const Take& take) {
@@ -291,7 +312,7 @@ void warn_of_left_out(const Checker& checker, std::size_t triangles, const std::
 
 }  // namespace
 
-TriangleMesh parse_obj(std::string text, const std::string& name) {
+TriangleMesh parse_obj(std::string text, const std::string& name, Polygons polygons) {
   const std::string original = text;
   join_lines(text);
   Checker checker(text, original, name);
@@ -299,6 +320,7 @@ TriangleMesh parse_obj(std::string text, const std::string& name) {
   TriangleMesh mesh;
   mesh.triangles.reserve(checker.triangles());
   VertexTable table(checker, mesh);
+  if (polygons == Polygons::fans) text = with_fans(text);
   load_triangles(std::move(text), name, [&](const tinyobj::index_t* corners, unsigned) {
     const std::uint32_t a = table.vertex(corners[0]), b = table.vertex(corners[1]);
     mesh.triangles.emplace_back(a, b, table.vertex(corners[2]));
@@ -325,7 +347,8 @@ std::vector<ObjPart> parse_obj_parts(std::string text, const std::string& name, 
     mend_attributes(parts.back().mesh, name);
     has_normals = has_uvs = false;
   };
-  load_triangles(apart ? checker.text_with_part_numbers() : text, name, [&](const tinyobj::index_t* corners, unsigned part) {
+  text = with_fans(apart ? checker.text_with_part_numbers() : text);
+  load_triangles(std::move(text), name, [&](const tinyobj::index_t* corners, unsigned part) {
     if (current != part) {
       if (current) end_part();
       current = part;

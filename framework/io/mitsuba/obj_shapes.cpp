@@ -23,7 +23,7 @@ void MitsubaReader::obj_mesh(const Properties& of, Group& group) {
   const bool loads_materials = of.boolean("load_materials", true);
   if (version0()) return obj_parts(of, group, loads_materials);
   file_mesh(
-      of, group, true, [](const SceneFiles::File& file, int) { return parse_obj(file.bytes, file.path); }, 0);
+      of, group, true, [](const SceneFiles::File& file, int) { return parse_obj(file.bytes, file.path, Polygons::fans); }, 0);
 }
 
 void MitsubaReader::obj_parts(const Properties& of, Group& group, bool loads_materials) {
@@ -39,7 +39,7 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group, bool loads_mat
                          std::ranges::none_of(parts, [](const ObjPart& part) { return part.mesh.normals.empty(); });
         !by_name && own) {
       parts.clear();
-      parts.push_back({"", parse_obj(file.bytes, file.path)});
+      parts.push_back({"", parse_obj(file.bytes, file.path, Polygons::fans)});
     }
   } catch (const Error& e) {
     throw Error(of.where("filename"), e.what());
