@@ -121,6 +121,24 @@ TEST(PbrtSurfaces, CurvesPatchesAndHeightFields) {
             4u);
 }
 
+TEST(PbrtSurfaces, FlatPatchesAreBilinearInWhatTheyShow) {
+  const auto triangles = [](const std::string& points, const std::string& more, bool textured = false) {
+    const std::string checks =
+        "Texture \"t\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"t\" ";
+    return object_of(world((textured ? checks : "") + "Shape \"bilinearmesh\" \"point3 P\" [" + points + "] " + more))
+        .geometry.triangles.size();
+  };
+  const std::string square = "0 0 0 1 0 0 0 1 0 1 1 0", trapezoid = "0 0 0 3 0 0 1 1 0 2 1 0";
+  EXPECT_EQ(triangles(square, "", true), 2u);
+  EXPECT_EQ(triangles(square, "\"point2 uv\" [0 0 2 0 0 3 2 3]", true), 2u);
+  EXPECT_EQ(triangles(square, "\"normal N\" [0 0 1 1 0 1 0 0 1 1 0 1]"), 2u);
+  EXPECT_EQ(triangles(trapezoid, "\"normal N\" [0 0 1 0 0 1 0 0 1 0 0 1]"), 2u);
+  EXPECT_EQ(triangles(trapezoid, ""), 2u) << "nothing depends on (u, v)";
+  EXPECT_EQ(triangles(trapezoid, "", true), 512u);
+  EXPECT_EQ(triangles(square, "\"point2 uv\" [0 0 2 0 0 3 2 2]", true), 512u);
+  EXPECT_EQ(triangles(square, "\"normal N\" [1 0 1 0 0 1 0 0 1 1 0 1]"), 512u);
+}
+
 TEST(PbrtSurfaces, MeshFilesMayBeObjOrSmf) {
   const TestDirectory directory;
   directory.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

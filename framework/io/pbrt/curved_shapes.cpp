@@ -157,7 +157,7 @@ void PbrtReader::curve(const PbrtParams& params) {
   place(std::move(mesh), params, params.owner());
 }
 
-// Patches over four corners: two triangles where they are flat, else 16 x 16 cells.
+// Patches over four corners: two triangles where these are all that a flat patch shows, else 16 x 16 cells.
 void PbrtReader::bilinear_mesh(const PbrtParams& params) {
   const std::vector<vec3> p = params.points3("P"), n = params.points3("N");
   const std::vector<vec2> uv = params.points2("uv");
@@ -186,7 +186,15 @@ void PbrtReader::bilinear_mesh(const PbrtParams& params) {
     const vec3 e = p[indices[k + 3]] - p[indices[k]], normal = glm::cross(p[indices[k + 1]] - p[indices[k]], e);
     const float off = std::abs(glm::dot(normal, p[indices[k + 2]] - p[indices[k]]));
     const bool flat = off <= 1e-5f * glm::length(normal) * glm::length(e);
-    const int cells = flat ? 1 : unless_fuzzed(16, 3);
+    // Two triangles of a parallelogram interpolate alike what has the same mean at the ends of either diagonal.
+    const auto bends = [&](const auto& values) {
+      const auto twist = values[indices[k]] + values[indices[k + 3]] - values[indices[k + 1]] - values[indices[k + 2]];
+      return glm::length(twist) > 1e-5f * glm::length(values[indices[k + 3]] - values[indices[k]]);
+    };
+    const auto varies = [&](int i) { return n[indices[k + i]] != n[indices[k]]; };
+    const bool stretched = bends(p), turns = !n.empty() && (varies(1) || varies(2) || varies(3)) && (stretched || bends(n)),
+               maps = needs_uvs(params) && (stretched || (!uv.empty() && bends(uv)));
+    const int cells = flat && !turns && !maps ? 1 : unless_fuzzed(16, 3);
     TriangleMesh patch = tessellate({at, cells, cells});
     if (!uv.empty())
       for (vec2& place : patch.uvs) place = corner(uv, place.x, place.y);

@@ -30,7 +30,7 @@ constexpr PbrtSupport supported[] = {
     {"Shape", "hyperboloid", "a mesh"},
     {"Shape", "loopsubdiv", "the limit surface at levels splits, with normals of the limit mesh"},
     {"Shape", "curve", "ribbons and cylinders: meshes of 48 cells along each segment; flat ones approximated: tubes"},
-    {"Shape", "bilinearmesh", "as it is where flat; bent patches have 16 x 16 cells"},
+    {"Shape", "bilinearmesh", "as it is where two triangles show the same; other patches have 16 x 16 cells"},
     {"Shape", "heightfield", "as it is"},
     {"Shape", "nurbs", "a mesh of 64 x 64 cells"},
 
