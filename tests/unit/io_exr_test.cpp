@@ -284,6 +284,19 @@ TEST(Octahedral, MapKeepsAreas) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(squares[c] / (n * n), 1.0 / 3, 1e-4);
 }
 
+TEST(Octahedral, EquirectangularImageKeepsTheLightOfThePole) {
+  constexpr int n = 32;
+  RgbImage square{{n, n}, std::vector<Rgb>(n * n)};
+  square.texels[(n / 2) * n + n / 2] = Rgb(1);
+  const RgbImage image = octahedral_to_equirectangular(square);
+  double light = 0;
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < 2 * n; ++x)
+      light += (std::cos(pi * y / n) - std::cos(pi * (y + 1) / n)) * (pi / n) *
+               image.texels[static_cast<std::size_t>(y) * 2 * n + static_cast<std::size_t>(x)].x;
+  EXPECT_NEAR(light / (4 * pi / (n * n)), 1, 0.02) << "8.7 % too much where all points of a texel count alike";
+}
+
 TEST(Octahedral, EquirectangularImageShowsTheSameSky) {
   // Radiance 1 + z + x / 2 + y / 4, linear in the direction.
   constexpr int n = 64;

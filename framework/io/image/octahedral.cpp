@@ -52,19 +52,23 @@ RgbImage octahedral_to_equirectangular(const RgbImage& square) {
   CHECK_EQ(square.size.x, square.size.y);
   const ivec2 size(2 * square.size.x, square.size.y);
   RgbImage result{size, std::vector<Rgb>(static_cast<std::size_t>(size.x) * size.y)};
-  // Four points per texel, as a texel at the equator is about as large as one of the square.
+  // Four points per texel, as a texel at the equator is about as large as one of the square. Each counts by its share of the
+  // texel's solid angle, which near a pole is mostly that of the points farther from it.
   parallel_for(static_cast<std::size_t>(size.y), 1, [&](std::size_t y) {
     for (int x = 0; x < size.x; ++x) {
       Rgb sum(0);
+      float sines = 0;
       for (int i = 0; i < 4; ++i) {
         const float phi =
             2 * pi * (static_cast<float>(x) + 0.25f + 0.5f * static_cast<float>(i % 2)) / static_cast<float>(size.x);
         const float theta =
             pi * (static_cast<float>(y) + 0.25f + 0.5f * static_cast<float>(i / 2)) / static_cast<float>(size.y);
-        const vec3 direction(math::sin(theta) * math::cos(phi), math::sin(theta) * math::sin(phi), math::cos(theta));
-        sum += bilinear(square, direction_to_octahedral(direction));
+        const float sine = math::sin(theta);
+        sum +=
+            sine * bilinear(square, direction_to_octahedral({sine * math::cos(phi), sine * math::sin(phi), math::cos(theta)}));
+        sines += sine;
       }
-      result.texels[y * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)] = 0.25f * sum;
+      result.texels[y * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)] = sum / sines;
     }
   });
   return result;
