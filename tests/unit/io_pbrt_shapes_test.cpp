@@ -210,6 +210,26 @@ TEST(PbrtShapes, QuadrilateralsOfAPlyArePbrts) {
   EXPECT_FALSE(warns(read("Film \"image\"", "", "bent.ply"), "bent"));
 }
 
+TEST(PbrtShapes, QuadrilateralsOfAPlyThatShowTheirTextureOtherwiseAreTold) {
+  const TestDirectory directory;
+  const auto read = [&](const std::string& top, const std::string& normals, const std::string& before, const char* film = "") {
+    directory.write("q.ply",
+                    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+                    "property float nx\nproperty float ny\nproperty float nz\nelement face 1\n"
+                    "property list uchar int vertex_indices\nend_header\n0 0 0 0 0 1\n3 0 0 0 0 1\n" +
+                        top + " 3 0 " + normals + "\n0 3 0 0 0 1\n4 0 1 2 3\n");
+    return parse_pbrt(std::string(film) + " WorldBegin " + before + " Shape \"plymesh\" \"string filename\" \"q.ply\"",
+                      directory.path("s.pbrt"));
+  };
+  const std::string checks = "Texture \"t\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"t\"";
+  const char* const told = "1 quadrilaterals show their texture or normals over two triangles";
+  EXPECT_TRUE(warns(read("1", "0 0 1", checks), told));
+  EXPECT_TRUE(warns(read("3", "1 0 0", ""), told));
+  EXPECT_FALSE(warns(read("1", "0 0 1", ""), told));
+  EXPECT_FALSE(warns(read("3", "0 0 1", checks), told));
+  EXPECT_FALSE(warns(read("1", "1 0 0", checks, "Film \"image\""), told)) << "pbrt-v3 has two triangles as well";
+}
+
 TEST(PbrtShapes, LightsThatAreMirroredQuadricsAreTold) {
   const std::string disk = "Scale 1 1 -1 AreaLightSource \"diffuse\" ", two_sided = "\"bool twosided\" \"true\" ";
   EXPECT_TRUE(warns(world(disk + "Shape \"disk\""), "under a mirroring transform pbrt shows the other side"));

@@ -42,6 +42,24 @@ std::ptrdiff_t count_bent(const TriangleMesh& mesh) {
   });
 }
 
+// Quadrilaterals that show their texture or their normals otherwise over two triangles than over a bilinear patch: where a
+// parallelogram's fourth corner lacks a tenth of the diagonal, in place, texture coordinates or normal.
+std::ptrdiff_t count_stretched(const TriangleMesh& mesh, bool shows_texture) {
+  return std::count_if(mesh.quads.begin(), mesh.quads.end(), [&](std::uint32_t q) {
+    const uvec3 t = mesh.triangles[q];
+    const std::uint32_t last = mesh.triangles[q + 1].z;
+    const auto lack = [&](const auto& values) { return glm::length(values[t.x] + values[t.z] - values[t.y] - values[last]); };
+    const auto is_off = [&](const auto& values) { return lack(values) > 0.1f * glm::length(values[t.z] - values[t.x]); };
+    const bool off = is_off(mesh.positions);
+    if (shows_texture && (off || (!mesh.uvs.empty() && is_off(mesh.uvs)))) return true;
+    if (mesh.normals.empty()) return false;
+    float turn = 0;
+    for (const std::uint32_t corner : {t.y, t.z, last})
+      turn = std::max(turn, glm::length(mesh.normals[corner] - mesh.normals[t.x]));
+    return lack(mesh.normals) > 0.1f || (off && turn > 0.1f);
+  });
+}
+
 // What 'discarddegenerateUVs' asks for: no texture coordinates where two corners of a triangle of some size have the same ones.
 void discard_degenerate_uvs(TriangleMesh& mesh) {
   if (mesh.uvs.empty() || mesh.normals.empty()) return;
@@ -147,6 +165,11 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
     if (const auto bent = version3_ ? 0 : count_bent(mesh))
       warn(params.where("filename"),
            fmt::format("{} quadrilaterals are bent: two triangles each, where pbrt-v4 has a bilinear patch", bent));
+    if (const auto stretched = version3_ ? 0 : count_stretched(mesh, needs_uvs(params)))
+      warn(params.where("filename"),
+           fmt::format("{} quadrilaterals show their texture or normals over two triangles each, where pbrt-v4 has a bilinear "
+                       "patch that shows them otherwise",
+                       stretched));
     if (version3_ && params.boolean("discarddegenerateUVs", false)) discard_degenerate_uvs(mesh);
     place(std::move(mesh), params, "'" + file + "'");
   } catch (const Error& e) {

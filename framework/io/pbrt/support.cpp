@@ -19,8 +19,9 @@ constexpr PbrtSupport supported[] = {
 
     {"Shape", "trianglemesh", "as it is"},
     {"Shape", "plymesh",
-     "a PLY, OBJ or SMF file; a PLY's faces of less than three vertices are left out (warned), bent quadrilaterals of "
-     "version 4 are two triangles (warned), its `tristrips` refused; approximated: without displacement"},
+     "a PLY, OBJ or SMF file; a PLY's faces of less than three vertices are left out (warned), quadrilaterals of "
+     "version 4 that are bent, or show a texture or normals as two triangles do not, are two triangles (warned), its "
+     "`tristrips` refused; approximated: without displacement"},
     {"Shape", "objmesh", "like plymesh"},
     {"Shape", "sphere", whole_or_mesh},
     {"Shape", "cylinder", whole_or_mesh},
