@@ -387,6 +387,7 @@ TEST(MitsubaEmitters, EnvironmentsAreTurnedIntoPlace) {
   EXPECT_EQ(texel(glm::normalize(vec3(-0.01f, 0.1f, 1))), ivec2(4, 1));
   EXPECT_EQ(texel(glm::normalize(vec3(1, 0.1f, 0.01f))), ivec2(2, 1));
   EXPECT_EQ(texel(glm::normalize(vec3(0.01f, 1, 0.02f))).y, 0);
+  EXPECT_EQ(light.size, ivec2(64, 32)) << "interpolated between texels";
 }
 
 Rgb texture_at(const Scene& scene, const vec2& mitsuba_uv) { return evaluate(scene.textures.at(0), mitsuba_uv); }

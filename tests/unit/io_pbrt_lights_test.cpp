@@ -168,6 +168,32 @@ TEST(PbrtLights, InfiniteLights) {
                  "'mapname' has a texel of");
 }
 
+TEST(PbrtLights, Version3InterpolatesTheTexelsOfEnvironments) {
+  const TestDirectory directory;
+  Image image({4, 2});
+  image.at(0, 0) = {1, 1, 1};
+  image.at(3, 1) = {8, 8, 8};
+  write_exr(directory.path("sky.exr"), image);
+  const auto read = [&](const std::string& film) {
+    const std::string sky = " WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.exr\" ";
+    return std::get<EnvironmentLight>(parse_pbrt(film + sky + triangle, directory.path("s.pbrt")).lights.at(0));
+  };
+  EXPECT_EQ(read("Film \"rgb\"").size, ivec2(4, 2));
+  const EnvironmentLight fine = read("Film \"image\"");
+  ASSERT_EQ(fine.size, ivec2(32, 16));
+  const auto texel = [&](int x, int y) {
+    return fine.texels.at(static_cast<std::size_t>(y) * 32 + static_cast<std::size_t>(x)).x;
+  };
+  // The centres of the coarse texels lie between their eighths, at 4, 12, 20 and 28 of these.
+  EXPECT_FLOAT_EQ(texel(4, 0), 15.0f / 16) << "above the middle of the upper row nothing changes";
+  EXPECT_FLOAT_EQ(texel(0, 0), 9.0f / 16) << "between the first column and, a turn on, the last";
+  EXPECT_FLOAT_EQ(texel(28, 15), 8 * 15.0f / 16);
+  EXPECT_FLOAT_EQ(texel(28, 8), 8 * (15.0f / 16) * (9.0f / 16) + (1.0f / 16) * (7.0f / 16));
+  double sum = 0;
+  for (const Rgb& value : fine.texels) sum += value.x;
+  EXPECT_NEAR(sum / 64, 9, 1e-4) << "the light of all texels is kept";
+}
+
 TEST(PbrtSpectra, BlackbodiesHaveUnitLuminanceOrPeak) {
   for (const float kelvin : {2000.0f, 3500.0f, 6500.0f, 12000.0f}) {
     const Rgb rgb = light_of<EnvironmentLight>("LightSource \"infinite\" \"blackbody L\" " + std::to_string(kelvin)).scale;

@@ -2,7 +2,13 @@
 
 #include "framework/core/check.h"
 #include "framework/core/elementary.h"
+#include "framework/core/fuzzing.h"
+#include "framework/core/memory.h"
 #include "framework/core/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace etendue {
 
@@ -72,6 +78,37 @@ RgbImage octahedral_to_equirectangular(const RgbImage& square) {
     }
   });
   return result;
+}
+
+void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where) {
+  constexpr double most_texels = unless_fuzzed(1 << 23, 1 << 10);
+  const double affordable = std::sqrt(most_texels / (static_cast<double>(size.x) * size.y));
+  const int times = static_cast<int>(std::clamp(affordable, 1.0, 8.0));
+  if (times == 1) return;
+  const ivec2 coarse = size, fine = times * coarse;
+  const std::size_t count = texels.size() * static_cast<std::size_t>(times) * times;
+  require_memory(static_cast<double>(count * sizeof(Rgb)), where, "an environment whose texels are interpolated",
+                 "fewer of them");
+  std::vector<Rgb> refined(count);
+  parallel_for(static_cast<std::size_t>(fine.y), 8, [&](std::size_t row) {
+    const auto between = [&](std::size_t at) {
+      const float place = (static_cast<float>(at) + 0.5f) / static_cast<float>(times) - 0.5f, base = std::floor(place);
+      return std::pair(static_cast<int>(base), place - base);
+    };
+    const auto [y, share_y] = between(row);
+    const std::size_t above = static_cast<std::size_t>(std::max(y, 0)) * coarse.x,
+                      below = static_cast<std::size_t>(std::min(y + 1, coarse.y - 1)) * coarse.x;
+    for (int i = 0; i < fine.x; ++i) {
+      const auto [x, share_x] = between(static_cast<std::size_t>(i));
+      const auto left = static_cast<std::size_t>((x + coarse.x) % coarse.x),  // a turn goes on at the other edge
+          right = static_cast<std::size_t>((x + 1) % coarse.x);
+      refined[row * static_cast<std::size_t>(fine.x) + static_cast<std::size_t>(i)] =
+          glm::mix(glm::mix(texels[above + left], texels[above + right], share_x),
+                   glm::mix(texels[below + left], texels[below + right], share_x), share_y);
+    }
+  });
+  size = fine;
+  texels = std::move(refined);
 }
 
 }  // namespace etendue

@@ -1,6 +1,7 @@
 // Emitters. Their spectra are radiance, intensity or irradiance as they stand.
 
 #include "framework/core/elementary.h"
+#include "framework/io/image/octahedral.h"
 #include "framework/io/mitsuba/reader.h"
 #include "framework/io/mitsuba/sky.h"
 
@@ -44,7 +45,7 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
       {"spot", "as it is; a texture approximated by its mean, an uneven scale by a round cone", &R::spot},
       {"directional", "as it is", &R::directional},
       {"constant", "as it is", &R::constant},
-      {"envmap", "as it is", &R::environment},
+      {"envmap", "as it is, interpolated between texels", &R::environment},
       {"sky", "approximated by Preetham's clear sky", &R::sky},
       {"sun", "approximated by a directional light, from sun_direction or time and place", &R::sky},
       {"sunsky", "approximated by both", &R::sky},
@@ -146,6 +147,7 @@ void MitsubaReader::environment(const Properties& of) {
   if (least < 0)
     warn(of.where("filename"), fmt::format("'{}' falls to {:.4g}: no light is negative, taken as 0", file_name(of), least));
   if (most > brightest) of.fail("filename", fmt::format("has a texel of {:g}; expected {:g} at most", most, brightest));
+  interpolate_environment(light.size, light.texels, of.where("filename"));
   const Rgb scale = light.scale;
   add_light(of, std::move(light), most > 0 ? scale : Rgb(0));
 }

@@ -262,6 +262,7 @@ Light PbrtReader::infinite_light(PbrtLexer& lexer, const PbrtParams& params) {
   for (const Rgb& texel : light.texels)  // which are summed up both as they stand and scaled
     if (const float value = max_component(texel * glm::max(light.scale, Rgb(1))); value > brightest)
       params.fail(param, fmt::format("has a texel of {:g}, unscaled or scaled; expected {:g} at most", value, brightest));
+  if (version3_) interpolate_environment(light.size, light.texels, params.where(param));  // version 4 takes the nearest texel
   return light;
 }
 
