@@ -8,64 +8,120 @@
 
 namespace etendue {
 
-RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work) {
-  const ManifestRecord manifest = plan_manifest(plan, threads);
-  RunDirectory directory(plan.directory, manifest, plan_record(plan, manifest), plan.fresh, observer);
-  for (const Cell& cell : plan.cells) work.load(cell);
-  for (const Cell& cell : plan.cells)
-    if (const auto scene = work.scene(cell))
-      directory.note_scene(scene->name, scene->path, scene->hash, plan.reading.pixel_filter);
+namespace {
 
-  std::set<CellName> done;
-  for (const auto& record : directory.earlier().records) {
-    if (!record->done()) continue;
-    if (const std::string wrong = damage(*record, plan.directory); !wrong.empty()) {
-      observer.warn(fmt::format("{}: {}; it runs again", record->cell.key(), wrong));
-      continue;
-    }
-    done.insert(record->cell);
-    work.remember(*record);
+class RecordExecution {
+ public:
+  RecordExecution(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work)
+      : plan_(plan),
+        observer_(observer),
+        work_(work),
+        manifest_(plan_manifest(plan, threads)),
+        directory_(plan.directory, manifest_, plan_record(plan, manifest_), plan.fresh, observer) {}
+
+  RunSummary run() {
+    for (const Cell& cell : plan_.cells) work_.load(cell);
+    for (const Cell& cell : plan_.cells)
+      if (const auto scene = work_.scene(cell))
+        directory_.note_scene(scene->name, scene->path, scene->hash, plan_.reading.pixel_filter);
+    check_references();
+    const std::set<CellName> done = believed_records();
+    std::vector<const Cell*> pending;
+    for (const Cell& cell : plan_.cells)
+      if (!done.contains(cell.name)) pending.push_back(&cell);
+    narrate_skipped(plan_, plan_.cells.size() - pending.size(), observer_);
+    run_all(pending);
+    run_all(dropped_cells());
+    directory_.finish();
+    RunSummary summary;
+    for (const auto& [cell, failed] : failed_) ++(failed ? summary.failed : summary.done);
+    summary.skipped = plan_.cells.size() - failed_.size();
+    summary.disagreements = work_.disagreements();
+    report_run(plan_, summary);
+    return summary;
   }
-  std::vector<const Cell*> pending;
-  for (const Cell& cell : plan.cells)
-    if (!done.contains(cell.name)) pending.push_back(&cell);
-  RunSummary summary;
-  summary.skipped = plan.cells.size() - pending.size();
-  narrate_skipped(plan, summary.skipped, observer);
 
-  for (std::size_t i = 0; i < pending.size(); ++i) {
-    const Cell& cell = *pending[i];
-    observer.cell_started(cell.name, i, pending.size());
+ private:
+  // Makes those anew that are damaged or may be others by now.
+  void check_references() {
+    const bool is_file = plan_.config.reference.kind == ReferenceChoice::Kind::file;
+    const std::vector<ReferenceRecord> known = directory_.earlier().references;
+    for (const ReferenceRecord& reference : known)
+      if (is_file || !damage(reference, plan_.directory).empty()) work_.refer(reference.scene, directory_);
+  }
+
+  std::set<CellName> believed_records() {
+    std::set<CellName> believed;
+    for (const auto& record : directory_.earlier().records) {
+      if (!record->done()) continue;
+      if (const std::string wrong = damage(*record, plan_.directory); !wrong.empty()) {
+        observer_.warn(fmt::format("{}: {}; it runs again", record->cell.key(), wrong));
+        continue;
+      }
+      believed.insert(record->cell);
+      work_.remember(*record);
+    }
+    return believed;
+  }
+
+  // Those whose records a reference that turned out to be another took out of the log.
+  std::vector<const Cell*> dropped_cells() {
+    directory_.read_again();
+    std::set<CellName> logged;
+    for (const auto& record : directory_.earlier().records) logged.insert(record->cell);
+    std::vector<const Cell*> dropped;
+    for (const Cell& cell : plan_.cells)
+      if (!logged.contains(cell.name)) dropped.push_back(&cell);
+    return dropped;
+  }
+
+  void run_all(const std::vector<const Cell*>& cells) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      observer_.cell_started(cells[i]->name, i, cells.size());
+      run_one(*cells[i]);
+    }
+  }
+
+  void run_one(const Cell& cell) {
     const double start = now_s();
-    std::unique_ptr<KindRecord> record = work.begin(cell);
+    std::unique_ptr<KindRecord> record = work_.begin(cell);
     CheckpointRecord last;
     last.cell = cell.name;
     bool again = false;
     const auto fill = [&] {
-      if (std::exchange(again, true)) record = work.begin(cell);
-      work.fill(cell, *record, directory, [&](double share, std::uint64_t steps) {
+      if (std::exchange(again, true)) record = work_.begin(cell);
+      work_.fill(cell, *record, directory_, [&](double share, std::uint64_t steps) {
         last.iterations = steps;
-        observer.cell_progress(share, steps, now_s() - start);
+        observer_.cell_progress(share, steps, now_s() - start);
       });
     };
-    const auto failure = failure_of(fill, observer);
-    ++(failure ? summary.failed : summary.done);
+    const auto failure = failure_of(fill, observer_);
+    failed_[cell.name] = failure.has_value();
     record->cell = cell.name;
-    record->manifest = manifest.id;
+    record->manifest = manifest_.id;
     record->status = failure ? "failed" : "done";
     record->error = failure.value_or("");
-    directory.append({record->line()});
+    directory_.append({record->line()});
     CellRecord ended;
     ended.cell = cell.name;
     ended.status = record->status;
     ended.error = record->error;
     last.time_s = now_s() - start;
-    observer.cell_finished(ended, failure ? nullptr : &last);
+    observer_.cell_finished(ended, failure ? nullptr : &last);
   }
-  directory.finish();
-  summary.disagreements = work.disagreements();
-  report_run(plan, summary);
-  return summary;
+
+  const RunPlan& plan_;
+  RunObserver& observer_;
+  RecordWork& work_;
+  const ManifestRecord manifest_;
+  RunDirectory directory_;
+  std::map<CellName, bool> failed_;  // of the cells that ran
+};
+
+}  // namespace
+
+RunSummary execute_records(const RunPlan& plan, int threads, RunObserver& observer, RecordWork& work) {
+  return RecordExecution(plan, threads, observer, work).run();
 }
 
 }  // namespace etendue

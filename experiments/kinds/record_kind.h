@@ -34,6 +34,8 @@ class RecordWork {
     std::uint64_t hash = 0;
   };
   virtual std::optional<SceneState> scene(const Cell&) { return std::nullopt; }
+  // Makes the reference of a scene that an earlier run measured against, and notes it. A kind that has references does.
+  virtual void refer(const std::string&, RunDirectory&) {}
   // A record of what is known before the cell runs; it stands in the log whether the cell fails or not.
   virtual std::unique_ptr<KindRecord> begin(const Cell&) = 0;
   // May throw: the cell has failed then.

@@ -235,7 +235,10 @@ class LogReader {
 
   void take(ReferenceRecord record) {
     const ReferenceRecord* known = log_.reference(record.scene);
-    if (known == nullptr || known->stamp != record.stamp) blocks_.drop_scene(record.scene);
+    if (known == nullptr || known->stamp != record.stamp) {
+      blocks_.drop_scene(record.scene);
+      std::erase_if(log_.records, [&](const auto& other) { return other->uses_reference_of(record.scene); });
+    }
     put(log_.references, std::move(record));
   }
 

@@ -186,6 +186,8 @@ struct KindRecord {
     const FileStamp* stamp = nullptr;
   };
   virtual File file() { return {}; }
+  // Whether its figures are measured against the reference of that scene: they count no more where it is another.
+  virtual bool uses_reference_of(const std::string&) const { return false; }
 
   bool done() const { return status == "done"; }
 };

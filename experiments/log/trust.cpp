@@ -29,16 +29,20 @@ void each_cell(RunLog& log, const Visit& visit) {
   for (const auto& record : log.records) visit(*record);
 }
 
-std::size_t fail_scene(RunLog& log, const std::string& scene, const std::string& why) {
+template <class IsMeant>
+std::size_t fail_cells(RunLog& log, const std::string& why, const IsMeant& is_meant) {
   std::size_t count = 0;
   each_cell(log, [&](auto& record) {
-    if (record.status != "done" || !record.cell.is_of(scene)) return;
+    if (record.status != "done" || !is_meant(record)) return;
     record.status = "failed";
     record.error = why;
     ++count;
   });
   return count;
 }
+
+bool uses_reference(const CellRecord& record, const std::string& scene) { return record.cell.is_of(scene); }
+bool uses_reference(const KindRecord& record, const std::string& scene) { return record.uses_reference_of(scene); }
 
 // Why a scene is not as it was logged; "" where it is, or where its file is not to be found.
 std::string scene_damage(const SceneRecord& record, const std::string& directory) {
@@ -88,14 +92,15 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
     const std::string wrong = damage(reference, directory);
     if (wrong.empty()) continue;
     reference.file.clear();
-    const std::size_t cells = fail_scene(log, reference.scene, "its reference cannot be trusted: " + wrong);
+    const std::size_t cells = fail_cells(log, "its reference cannot be trusted: " + wrong,
+                                         [&](const auto& record) { return uses_reference(record, reference.scene); });
     tell(fmt::format("{}: the reference {}; {} cells are not believed", reference.scene, wrong, cells));
   }
   if (!scenes) return findings;
   for (const SceneRecord& scene : log.scenes) {
     const std::string wrong = scene_damage(scene, directory);
     if (wrong.empty()) continue;
-    const std::size_t cells = fail_scene(log, scene.scene, wrong);
+    const std::size_t cells = fail_cells(log, wrong, [&](const auto& record) { return record.cell.is_of(scene.scene); });
     tell(fmt::format("{}; {} cells are not believed", wrong, cells));
   }
   return findings;

@@ -123,7 +123,7 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
   if (earlier_.plans.empty() || earlier_.plans.back() != plan) append({to_json_line(plan)});
 }
 
-void RunDirectory::read_earlier() {
+void RunDirectory::read_again() {
   earlier_ = read_log(log_path(path_));
   drop_nameless(earlier_, manifest_id_);
 }
@@ -147,7 +147,7 @@ void RunDirectory::note_scene(const std::string& scene, const std::string& path,
   const std::size_t had = earlier_.cell_count();
   append({to_json_line(record)});
   if (before == record.hash) return;
-  read_earlier();  // where the rule stands by which records no longer count
+  read_again();  // where the rule stands by which records no longer count
   if (had != earlier_.cell_count())
     observer_.warn(fmt::format("{} has changed since its cells were run (hash {}, then {}): they run again", scene, record.hash,
                                before.empty() ? "not known" : before));
@@ -158,10 +158,10 @@ void RunDirectory::note_reference(const ReferenceRecord& record) {
   // It is logged once: a run that goes on ends with the log of one that was not stopped.
   if (known != nullptr && to_json_line(*known) == to_json_line(record)) return;
   const bool differs = known == nullptr || known->stamp != record.stamp;
-  const std::size_t had = earlier_.cells.size();
+  const std::size_t had = earlier_.cell_count();
   append({to_json_line(record)});
-  read_earlier();
-  if (differs && had != earlier_.cells.size())
+  read_again();
+  if (differs && had != earlier_.cell_count())
     observer_.warn(
         fmt::format("the reference of {} is not the one that its cells were measured against: they run again", record.scene));
 }

@@ -39,8 +39,10 @@ class RunDirectory {
   const RunLog& earlier() const { return earlier_; }
   // Logs the scene as it is now. Where the log has it otherwise, what it holds of the scene is dropped, here and there.
   void note_scene(const std::string& scene, const std::string& path, std::uint64_t hash, const std::string& pixel_filter);
-  // Logs what the scene's cells are measured against from now on, if that is new. Where it is another than before, the cells
-  // that were measured are dropped.
+  // Reads the log anew: `earlier` has what this run has logged as well, then.
+  void read_again();
+  // Logs what the scene's cells are measured against from now on, if that is new. Where it is another than before, what was
+  // measured against that one is dropped, here and there. To be called after read_again().
   void note_reference(const ReferenceRecord& record);
   // Finds the cells that are done and whose files are what the log says.
   std::set<CellName> believed_cells() const;
@@ -56,8 +58,6 @@ class RunDirectory {
   void finish();
 
  private:
-  void read_earlier();
-
   std::string path_, manifest_id_;
   RunObserver& observer_;
   FileLock lock_;

@@ -3,8 +3,10 @@
 #include "experiments/kind.h"
 #include "experiments/kinds/second_level.h"
 #include "experiments/run/run_cell.h"
+#include "framework/io/image/exr.h"
 #include "framework/io/load_scene.h"
 #include "tests/unit/experiment_text.h"
+#include "tests/unit/harness_process.h"
 #include "tests/unit/silent_observer.h"
 
 #include <unistd.h>
@@ -166,6 +168,95 @@ TEST_F(LedgerRun, WhatASceneNeedsChangesItsImage) {
   EXPECT_TRUE(records.at("map").on);
   EXPECT_EQ(records.at("map").switched, "photon-map caustic_map=off final_gather=1 photons=1000");
   for (const LedgerTrial& trial : records.at("map").trials) EXPECT_FALSE(trial.same_image);
+}
+
+// Two components of the same method, whose own image is one and the same.
+class LedgerReference : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    const std::string both = row + replaced(replaced(row, "\"c\"", "\"d\""), "light", "balance");
+    write_file("file.toml", ledger_base + "reference = { file = \"ref.exr\" }\n" + both);
+    write_file("rendered.toml", ledger_base + "reference = { samples = 16 }\n" + both);
+    render_reference("path");
+  }
+
+  void render_reference(const std::string& method) {
+    const Outcome made = run({"render", "builtin:cornell-box", "-i", method, "--spp", "4", "--resolution", "8x8", "--seed", "7",
+                              "--threads", "1", "-o", "ref.exr"});
+    ASSERT_EQ(made.status, 0) << made.err;
+  }
+
+  std::string run_to(const std::string& out, const std::string& experiment, const std::string& filter = "builtin") {
+    const Outcome ran = run({"run", experiment, "--threads", "1", "--out", out, "--filter", filter});
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return ran.err;
+  }
+
+  RunLog log(const std::string& out) const { return read_log((directory_ / out / "runs.jsonl").string()); }
+  double error_of(const std::string& out, const std::string& component) const {
+    for (const LedgerRecord* record : done_records_of<LedgerRecord>(log(out)))
+      if (record->cell.integrator == component) return record->trials.front().error;
+    return -1;
+  }
+
+  static constexpr const char* another = "is not the one that its cells were measured against: they run again";
+};
+
+TEST_F(LedgerReference, ThatIsAnotherFileTakesWhatItMeasuredOutOfTheLog) {
+  EXPECT_EQ(run_to("out", "file.toml", " c ").find(another), std::string::npos);
+  const double before = error_of("out", "c");
+  render_reference("bdpt");
+  EXPECT_NE(run_to("out", "file.toml").find(another), std::string::npos);
+  EXPECT_NE(error_of("out", "c"), before);
+  EXPECT_EQ(error_of("out", "c"), error_of("out", "d"));
+  EXPECT_NE(run_to("out", "file.toml").find("2 of 2 cells are done already"), std::string::npos);
+  render_reference("path");
+  EXPECT_NE(run_to("out", "file.toml").find(another), std::string::npos) << "though no cell is pending";
+  EXPECT_EQ(error_of("out", "c"), before);
+  EXPECT_EQ(error_of("out", "d"), before);
+}
+
+TEST_F(LedgerReference, ThatIsRenderedStaysWhileARunGoesOn) {
+  run_to("out", "rendered.toml", " c ");
+  ASSERT_EQ(log("out").references.size(), 1u);
+  for (const auto& entry : std::filesystem::directory_iterator(directory_ / "cache/etendue/references")) {
+    if (entry.path().extension() != ".exr") continue;
+    std::map<std::string, std::string> attributes;
+    Image image = read_exr(entry.path().string(), &attributes);
+    for (dvec3& pixel : image.pixels) pixel *= 2;
+    write_exr(entry.path().string(), image, attributes);
+  }
+  EXPECT_NE(run_to("out", "rendered.toml").find("1 of 2 cells are done already"), std::string::npos);
+  EXPECT_EQ(error_of("out", "c"), error_of("out", "d"));
+}
+
+TEST_F(LedgerReference, ThatIsDamagedIsToldAndMadeAgain) {
+  run_to("out", "file.toml");
+  const double before = error_of("out", "c");
+  write_file("out/" + log("out").references.at(0).file, "no image");
+  EXPECT_NE(run({"report", "out"}).err.find("2 cells are not believed"), std::string::npos);
+  EXPECT_NE(run_to("out", "file.toml").find("it is made again"), std::string::npos);
+  EXPECT_EQ(run({"report", "out"}).err.find("not believed"), std::string::npos);
+  EXPECT_EQ(error_of("out", "c"), before);
+}
+
+TEST_F(LedgerReference, ThoseOfMergedLogsAreHeldAgainstEachOther) {
+  run_to("one", "file.toml", " c ");
+  render_reference("bdpt");
+  run_to("two", "file.toml", " d ");
+  ASSERT_EQ(run({"report", "one", "two", "--out", "both"}).status, 0);
+  EXPECT_NE(read_text_file(directory_ / "both/report.html").find("against different references"), std::string::npos);
+}
+
+// Older logs have no line of the reference: nobody knows whether it was this one.
+TEST_F(LedgerReference, ThatIsNotLoggedIsReadAndMeasuredAnew) {
+  run_to("out", "file.toml");
+  const std::string text = read_text_file(directory_ / "out/runs.jsonl");
+  const std::size_t end = text.find('\n', text.find("\"type\":\"reference\"")), begin = text.rfind('\n', end - 1);
+  write_file("out/runs.jsonl", replaced(text, text.substr(begin, end - begin), ""));
+  EXPECT_EQ(done_records_of<LedgerRecord>(log("out")).size(), 2u);
+  EXPECT_NE(run_to("out", "file.toml").find("2 of 2 cells are done already"), std::string::npos);
 }
 
 TEST(SecondLevel, IsPutInAndTakenOut) {

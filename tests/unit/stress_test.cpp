@@ -358,6 +358,30 @@ TEST_F(StressRun, WritesMatrixPicturesAndPageAndResumes) {
   EXPECT_FALSE(std::filesystem::exists(directory_ / "out/one/latex/matrix.tex"));  // which is drawn, not charted
 }
 
+TEST_F(StressRun, AReferenceThatIsAnotherTakesWhatItMeasuredOutOfTheLog) {
+  write_file("one.toml",
+             "seeds = 1\nresolution = [8, 8]\nbudget = { samples = 1 }\nreference = { file = \"ref.exr\" }\n"
+             "integrators = [\"path\", \"bdpt\"]\n[[stress]]\nid = 1\nname = \"veil\"\nfailure = \"f\"\n"
+             "source = \"s\"\nscene = \"builtin:keyhole?size={x}\"\nx = \"size\"\nrange = [0.5, 0.3]\n"
+             "holds = { relmse = [0, 1e9] }\n");
+  const auto run_with = [&](const std::string& method, const std::string& filter) {
+    EXPECT_EQ(run({"render", "builtin:cornell-box", "-i", method, "--spp", "4", "--resolution", "8x8", "-o", "ref.exr"}).status,
+              0);
+    const Outcome ran = run({"run", "one.toml", "--threads", "1", "--filter", filter});
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return ran.err;
+  };
+  run_with("path", "path");
+  const RunLog before = read_log((directory_ / "out/one/runs.jsonl").string());
+  const std::vector<std::string> references = records_of<StressRecord>(before).at(0)->references;
+  ASSERT_GE(references.size(), 2u);
+  EXPECT_EQ(before.references.size(), references.size());
+  EXPECT_NE(run_with("path", "builtin").find("1 of 2 cells are done already"), std::string::npos);
+  const std::string again = run_with("bdpt", "builtin");
+  EXPECT_NE(again.find("is not the one that its cells were measured against"), std::string::npos) << again;
+  EXPECT_EQ(again.find("done already"), std::string::npos) << again;
+}
+
 // The lattice begins at six digits of the range's end.
 TEST_F(StressRun, StructuresAreMeasuredOverTheHarmlessEndHoweverManyDigitsItHas) {
   for (const char* from : {"1", "1.0000001"})

@@ -6,22 +6,18 @@
 #include "experiments/report/report.h"
 #include "experiments/run/memory_forecast.h"
 #include "experiments/run/recipe.h"
-#include "experiments/run/reference.h"
 #include "experiments/run/run_directory.h"
+#include "experiments/run/run_reference.h"
 #include "framework/core/parallel.h"
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <filesystem>
 #include <memory>
-#include <new>
 #include <set>
 
 namespace etendue {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 struct LoadedScene {
   Scene scene;
@@ -141,26 +137,10 @@ class Execution {
   void make_scene_reference(std::size_t s) {
     LoadedScene& loaded = *scenes_[s];
     const std::string& name = config_.scenes[s].name;
-    const RunLog& earlier = directory_.earlier();
-    const ReferenceRecord* known = directory_.earlier().reference(name);
-    const std::string wrong = known != nullptr ? damage(*known, plan_.directory) : "";
-    if (!wrong.empty()) observer_.warn(fmt::format("{}: the reference {}; it is made again", name, wrong));
-    // Nothing has been measured by a reference that was refused.
-    const bool measured =
-        std::ranges::any_of(earlier.cells, [&](const CellRecord& c) { return c.cell.scene == name && c.status == "done"; });
-    const bool begun = measured && known != nullptr && wrong.empty();
-    const std::string begun_with = begun ? (fs::path(plan_.directory) / known->file).string() : "";
-    try {
-      loaded.reference = make_reference({loaded.scene, loaded.needs, name, loaded.resolution, config_.reference.of_scene(s),
-                                         plan_.threads, &observer_, begun_with},
-                                        ReferenceCache::standard(config_.path));
-    } catch (const std::bad_alloc&) {
-      loaded.reference.failure = fmt::format("no reference of {}: out of memory", name);
-    }
-    const RenderedReference& rendered = loaded.reference.rendered;
-    if (rendered.image.pixels.empty() || loaded.reference.earlier) return;  // where there is none, its cells will say why
-    const StoredFile file = directory_.write_reference(name, rendered.image, reference_attributes(rendered));
-    directory_.note_reference(reference_record(name, loaded.scene, rendered, file.path, file.stamp));
+    loaded.reference = make_run_reference(
+        directory_,
+        {loaded.scene, loaded.needs, name, loaded.resolution, config_.reference.of_scene(s), plan_.threads, &observer_},
+        ReferenceCache::standard(config_.path));
   }
 
   void compare_scene_structures(std::size_t s) {

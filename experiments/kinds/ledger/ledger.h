@@ -36,6 +36,7 @@ struct LedgerRecord final : KindRecord {
   std::vector<LedgerTrial> trials;
 
   std::string line() const override;
+  bool uses_reference_of(const std::string& scene) const override { return !reference.empty() && cell.scene == scene; }
 };
 
 // The verdict on a decision of the program, from the error and the time with a component switched over those without.

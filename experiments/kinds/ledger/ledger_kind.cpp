@@ -11,8 +11,8 @@
 #include "experiments/kinds/ledger/ledger_decisions.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/rows.h"
-#include "experiments/run/reference.h"
 #include "experiments/run/run_cell.h"
+#include "experiments/run/run_reference.h"
 #include "framework/io/text.h"
 #include "integrators/registry.h"
 
@@ -196,7 +196,15 @@ class LedgerWork final : public SceneWork {
     return record;
   }
 
-  void fill(const Cell& cell, KindRecord& filled, RunDirectory&, const Progress& progress) override {
+  void refer(const std::string& scene, RunDirectory& directory) override {
+    for (const Cell& cell : plan_.cells)
+      if (cell.name.scene == scene) {
+        make_reference_of(cell, directory);
+        return;
+      }
+  }
+
+  void fill(const Cell& cell, KindRecord& filled, RunDirectory& directory, const Progress& progress) override {
     auto& record = static_cast<LedgerRecord&>(filled);
     const LedgerRow& row = choice_.rows[cell.integrator];
     const ScenePlace& at = place(cell);
@@ -208,7 +216,7 @@ class LedgerWork final : public SceneWork {
         return;
       }
     }
-    const Reference& reference = reference_of(cell);
+    const Reference& reference = reference_of(cell, directory);
     record.reference = reference.rendered.source;
     const SceneNeeds edited_needs = edited ? scene_needs(*edited) : at.needs;
     const Method& switched = record.on || row.edit != nullptr ? row.without.value_or(row.method) : *row.with;
@@ -241,16 +249,19 @@ class LedgerWork final : public SceneWork {
 
  private:
   // Cells of a scene follow each other, so that one reference is kept.
-  const Reference& reference_of(const Cell& cell) {
-    if (!reference_ || reference_of_ != cell.scene) {
-      const ScenePlace& at = place(cell);
-      reference_ = make_reference({at.scene, at.needs, cell.name.scene, at.resolution,
-                                   plan_.config.reference.of_scene(cell.scene), plan_.threads, &observer_},
-                                  ReferenceCache::standard(plan_.config.path));
-      reference_of_ = cell.scene;
-    }
+  const Reference& reference_of(const Cell& cell, RunDirectory& directory) {
+    if (!reference_ || reference_of_ != cell.scene) make_reference_of(cell, directory);
     if (!reference_->failure.empty()) throw Error(reference_->failure);
     return *reference_;
+  }
+
+  void make_reference_of(const Cell& cell, RunDirectory& directory) {
+    const ScenePlace& at = place(cell);
+    reference_ = make_run_reference(directory,
+                                    {at.scene, at.needs, cell.name.scene, at.resolution,
+                                     plan_.config.reference.of_scene(cell.scene), plan_.threads, &observer_},
+                                    ReferenceCache::standard(plan_.config.path));
+    reference_of_ = cell.scene;
   }
 
   const LedgerChoice& choice_;

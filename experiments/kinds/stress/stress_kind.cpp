@@ -5,7 +5,7 @@
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/kinds/stress/structure_hazard.h"
 #include "experiments/report/report_text.h"
-#include "experiments/run/reference.h"
+#include "experiments/run/run_reference.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
 #include "framework/image/metrics.h"
@@ -41,6 +41,7 @@ void list_fields(auto& f, FieldsOf<StressRecord> auto& r) {
   MAYBE_FIELDS(expected_low, expected_high, second, second_unit, y);
   FIELDS(points, before, after, disagreements, picture);
   f.stamp("picture", r.picture_stamp);
+  MAYBE_FIELDS(references);
 }
 std::string StressRecord::line() const { return line_of(type, *this); }
 
@@ -71,17 +72,19 @@ double brightest(const Image& image) {
 
 // A scene of the lattice, with what methods are measured against there.
 struct StressPlace : ScenePlace {
-  StressPlace(const std::string& scene_name, const RunPlan& plan, RunObserver& observer)
+  StressPlace(const std::string& scene_name, const RunPlan& plan, RunDirectory& directory, RunObserver& observer)
       : ScenePlace(load_scene(scene_name, {plan.config.path}, plan.reading), plan) {
     ReferenceChoice choice = plan.config.reference;
     if (scene.closed_form) choice = {};
-    const Reference made = make_reference({scene, needs, scene_name, resolution, choice, plan.threads, &observer},
-                                          ReferenceCache::standard(plan.config.path));
-    if (!made.failure.empty()) throw Error(made.failure);
+    const Reference made =
+        make_run_reference(directory, {scene, needs, scene_name, resolution, choice, plan.threads, &observer},
+                           ReferenceCache::standard(plan.config.path));
+    failure = made.failure;
     reference = made.rendered.image;
   }
 
   Image reference;
+  std::string failure;  // why it has none
 };
 
 std::string render_command(const std::string& scene, const Method& method, ivec2 resolution, std::uint64_t samples,
@@ -114,6 +117,8 @@ class StressWork final : public RecordWork {
     return SceneState{cell.name.scene, cell.name.scene, load_scene(cell.name.scene, {plan_.config.path}, plan_.reading).hash()};
   }
 
+  void refer(const std::string& scene, RunDirectory& directory) override { StressPlace(scene, plan_, directory, observer_); }
+
   std::unique_ptr<KindRecord> begin(const Cell& cell) override {
     const StressHazard& hazard = choice_.hazards[cell.scene];
     const StressTrial& trial = hazard.trials[cell.integrator];
@@ -137,6 +142,7 @@ class StressWork final : public RecordWork {
     const StressHazard& hazard = choice_.hazards[cell.scene];
     const StressTrial& trial = hazard.trials[cell.integrator];
     if (!record.inapplicable.empty()) return;
+    directory_ = &directory;
     const Method harmless = method_at(hazard, trial, hazard.range.from);
     record.method = harmless.label();
     record.parameters = parameters_of(harmless);
@@ -153,6 +159,7 @@ class StressWork final : public RecordWork {
       record.points.push_back(measured.at(point.x));
       record.points.back().t = point.t;
       record.points.back().x = point.x;
+      if (!hazard.of_structures()) index_in(record.references, with_variable(trial.scene, point.x));
     }
     const Threshold threshold = threshold_of(curve, hazard.holds);
     const double held = hazard.range.at(threshold.held), failed = hazard.range.at(threshold.failed);
@@ -190,8 +197,10 @@ class StressWork final : public RecordWork {
     if (hazard.id != places_of_) places_.clear();
     places_of_ = hazard.id;
     const std::string name = with_variable(trial.scene, x);
-    const auto found = places_.find(name);
-    return found != places_.end() ? found->second : places_.try_emplace(name, name, plan_, observer_).first->second;
+    auto found = places_.find(name);
+    if (found == places_.end()) found = places_.try_emplace(name, name, plan_, *directory_, observer_).first;
+    if (!found->second.failure.empty()) throw Error(found->second.failure);
+    return found->second;
   }
 
   StressPoint measure(const StressHazard& hazard, const StressTrial& trial, double x, Image& first) {
@@ -242,6 +251,7 @@ class StressWork final : public RecordWork {
   const RunPlan& plan_;
   RunObserver& observer_;
   const StressChoice& choice_;
+  RunDirectory* directory_ = nullptr;  // of the cell that is being filled
   double harmless_ = 0;
   std::uint64_t disagreements_ = 0;
   std::map<std::string, StressPlace> places_;

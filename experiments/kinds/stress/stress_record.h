@@ -49,14 +49,19 @@ struct StressRecord final : KindRecord, HazardText {
   bool of_structure = false;
   std::optional<double> expected_low, expected_high;  // of the threshold, in x; infinite ends are left out
   bool is_expected = false;
-  std::vector<StressPoint> points;  // ascending in t
-  std::string before, after;        // commands that repeat the points on both sides of the threshold
-  std::uint64_t disagreements = 0;  // wrong answers of a structure
-  std::string picture;              // beside the log: reference and image before, reference and image after
+  std::vector<StressPoint> points;           // ascending in t
+  std::vector<std::string> references = {};  // the scenes whose references points are measured against; older lines lack them
+  std::string before, after;                 // commands that repeat the points on both sides of the threshold
+  std::uint64_t disagreements = 0;           // wrong answers of a structure
+  std::string picture;                       // beside the log: reference and image before, reference and image after
   FileStamp picture_stamp;
 
   std::vector<SweepPoint> curve() const { return {points.begin(), points.end()}; }
   std::string line() const override;
+  // Of an older line the scene of the harmless end stands for all.
+  bool uses_reference_of(const std::string& scene) const override {
+    return contains(references, scene) || (references.empty() && !of_structure && !points.empty() && cell.scene == scene);
+  }
   File file() override { return {&picture, &picture_stamp}; }
 };
 
