@@ -222,8 +222,11 @@ BiasVariance bias_variance(std::size_t count, const std::vector<double>& half, d
 
 double RateFit::value(double x) const { return amplitude * std::pow(x, exponent) + plateau; }
 
-std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::string& metric, Prediction::Model model,
+std::optional<RateFit> fit_rate(std::span<const RatePoint> given, const std::string& metric, Prediction::Model model,
                                 const BootstrapOptions& options) {
+  std::vector<RatePoint> points;
+  for (const RatePoint& point : given)
+    if (std::ranges::all_of(point.x, [](double x) { return x > 0; })) points.push_back(point);
   if (points.empty()) return std::nullopt;
   const std::size_t seeds = points.front().x.size();
   const std::vector<double> weights = point_weights(points, metric);
@@ -232,7 +235,7 @@ std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::st
     logs.clear();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double x = rate_abscissa(points[i], drawn), y = rate_value(points[i], metric, drawn);
-      if (x > 0 && y > 0 && std::isfinite(x) && std::isfinite(y)) logs.push_back({x, std::log(x), std::log(y), weights[i]});
+      if (y > 0 && std::isfinite(x) && std::isfinite(y)) logs.push_back({x, std::log(x), std::log(y), weights[i]});
     }
   };
   std::vector<double> drawn(seeds, 1);

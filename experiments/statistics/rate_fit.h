@@ -54,13 +54,13 @@ BiasVariance bias_variance(std::size_t count, const std::vector<double>& half, d
 struct RateFit {
   double exponent = 0, amplitude = 0, plateau = 0;              // y = amplitude x^exponent + plateau
   std::optional<Interval> exponent_interval, plateau_interval;  // 95 %; empty for fewer than three seeds
-  std::size_t points = 0, dropped = 0;                          // used; not positive, so that they have no logarithm
+  std::size_t points = 0, dropped = 0;                          // used; with no positive metric, which has no logarithm
   double from = 0, to = 0;                                      // x of the first and last point used
 
   double value(double x) const;
 };
-// The points may have any order; all hold the same seeds. Empty where fewer than three points (four for a plateau) are
-// positive.
+// The points may have any order; all hold the same seeds. Those whose x is not positive lie in no window on a logarithmic axis
+// and are neither used nor dropped. Empty where fewer than three points (four for a plateau) are left with a positive metric.
 std::optional<RateFit> fit_rate(std::span<const RatePoint> points, const std::string& metric, Prediction::Model model,
                                 const BootstrapOptions& options = {});
 

@@ -113,6 +113,17 @@ TEST(RateFit, ValueThatIsNotPositiveIsLeftOutAndCounted) {
   EXPECT_NEAR(fit->exponent, -1, 1e-12);
 }
 
+TEST(RateFit, PointWhoseXIsZeroIsNeitherUsedNorDropped) {
+  std::vector<RatePoint> points{exact_point(0, 1)};
+  for (const double x : ladder(1, 1000, 7)) points.push_back(exact_point(x, 1 / x));
+  const auto fit = fit_rate(points, "mse", Model::power);
+  ASSERT_TRUE(fit);
+  EXPECT_EQ(fit->points, 7u);
+  EXPECT_EQ(fit->dropped, 0u);
+  EXPECT_EQ(fit->from, 1);
+  EXPECT_FALSE(fit_rate(std::vector{exact_point(0, 1)}, "mse", Model::power));
+}
+
 TEST(RateFit, ReferencesOwnVarianceIsSubtracted) {
   std::vector<RatePoint> points;
   for (const double x : ladder(1, 1000, 7)) {
