@@ -73,13 +73,19 @@ struct Batches {
   double rays = 0;
 };
 
+// Each batch has as many, and one at least.
+std::uint64_t samples_of_batch(std::uint64_t samples, std::uint64_t batches) {
+  return std::max<std::uint64_t>(1, (samples + batches - 1) / batches);
+}
+
 Batches run_batches(const ReferenceRequest& request, const Method& method, std::uint64_t samples, std::uint64_t stream,
                     int batches = reference_batches) {
   const Method accel = default_accel();
   const auto count = static_cast<std::uint64_t>(batches);
-  const auto budget = Budget::of_iterations(std::max<std::uint64_t>(1, (samples + count - 1) / count));
+  const auto budget = Budget::of_iterations(samples_of_batch(samples, count));
   Batches made{BatchStatistics(request.resolution, *budget.samples)};
-  const std::string what = fmt::format("reference of {}: {} samples per pixel of {}", request.name, samples, method.label());
+  const std::string what =
+      fmt::format("reference of {}: {} samples per pixel of {}", request.name, count * *budget.samples, method.label());
   for (int batch = 0; batch < batches; ++batch) {
     const std::string status = fmt::format("{}, {} of {} batches", what, batch, batches);
     if (request.observer) request.observer->status(status);
@@ -256,8 +262,8 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   const Shares shares = share_samples(request, pair, options, samples);
   const auto render = [&](const Method& method, std::uint64_t share, std::uint64_t stream) {
     if (request.observer)
-      request.observer->narrate(
-          fmt::format("reference of {}: {} samples per pixel of {}", request.name, share, method.label()));
+      request.observer->narrate(fmt::format("reference of {}: {} samples per pixel of {}", request.name,
+                                            reference_batches * samples_of_batch(share, reference_batches), method.label()));
     return run_batches(request, method, share, stream).statistics;
   };
   const BatchStatistics first = render(pair.first, shares.first, 1), second = render(pair.second, shares.second, 2);

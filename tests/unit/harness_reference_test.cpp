@@ -7,6 +7,7 @@
 #include "framework/io/image/exr.h"
 #include "framework/io/load_scene.h"
 #include "framework/scene/pixel_filter.h"
+#include "tests/unit/silent_observer.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -111,6 +112,20 @@ class ReferenceFiles : public ::testing::Test {
 
   std::string directory_;
 };
+
+// What is told is what each of the sixteen batches has, one sample at least.
+TEST_F(ReferenceFiles, NarrationTellsTheSamplesThatAreRendered) {
+  struct : SilentObserver {
+    std::string lines;
+    void narrate(const std::string& line) override { lines += line + '\n'; }
+  } observer;
+  const Scene scene = load_scene("builtin:cornell-box");
+  const ReferenceChoice choice{ReferenceChoice::Kind::samples, 4, {}, {}};
+  make_reference({scene, scene_needs(scene), "box", {8, 8}, choice, 1, &observer}, ReferenceCache({directory_}));
+  EXPECT_NE(observer.lines.find("16 samples per pixel of path"), std::string::npos) << observer.lines;
+  EXPECT_EQ(observer.lines.find(" 4 samples per pixel of"), std::string::npos) << observer.lines;
+  EXPECT_EQ(observer.lines.find(" 1 samples per pixel of"), std::string::npos) << observer.lines;
+}
 
 TEST_F(ReferenceFiles, RenderedOnceThenCachedWithItsChecks) {
   const ReferenceChoice choice{ReferenceChoice::Kind::samples, 32, {}, {}};

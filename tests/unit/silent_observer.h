@@ -5,7 +5,7 @@
 
 namespace etendue {
 
-struct SilentObserver final : RunObserver {
+struct SilentObserver : RunObserver {
   void narrate(const std::string&) override {}
   void status(const std::string&) override {}
   void cell_started(const CellName&, std::size_t, std::size_t) override {}
