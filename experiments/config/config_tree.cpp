@@ -1,5 +1,6 @@
 #include "experiments/config/config_tree.h"
 
+#include "framework/core/lists.h"
 #include "framework/core/units.h"
 #include "framework/io/text.h"
 
@@ -100,12 +101,15 @@ ConfigNode& array_element(ConfigNode& node, const std::string& part, const Locat
     if (*index < array.size()) return array[*index];
     throw Error(origin, fmt::format("index {} is out of range; expected 0 .. {}", part, std::ptrdiff_t(array.size()) - 1));
   }
-  std::vector<std::string> names;
-  for (ConfigNode& element : array) {
-    if (element_name(element) == part) return element;
-    names.push_back(element_name(element));
-  }
-  throw Error(origin, unknown_name("element", part, names));
+  const std::vector<std::string> names = mapped(array, element_name);
+  std::vector<std::string> indices;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == part) indices.push_back(std::to_string(i));
+  if (indices.empty()) throw Error(origin, unknown_name("element", part, names));
+  if (indices.size() > 1)
+    throw Error(origin, fmt::format("{} elements are named '{}'; expected the index of one of them in its place: {}",
+                                    indices.size(), part, joined(indices, ", ")));
+  return array[*parse_whole<std::size_t>(indices.front())];
 }
 
 // The node one step down, made where it is absent, so that `budget.time=5s` works without a budget.

@@ -114,6 +114,12 @@ TEST(ExperimentConfig, BadOverridesAreErrorsToo) {
   EXPECT_NE(error("seeds").find("expected key=value"), std::string::npos);
   EXPECT_NE(error("integrators.5.photons=1").find("out of range"), std::string::npos);
   EXPECT_NE(error("integrators.pth.mis=bsdf").find("did you mean 'path'"), std::string::npos);
+  const auto of_two = [](const std::string& assignment) {
+    return config_error(replaced(valid, "photon-map", "path"), {false, {assignment}});
+  };
+  EXPECT_NE(of_two("integrators.path.max_depth=2").find("2 elements are named 'path'; expected the index"), std::string::npos)
+      << of_two("integrators.path.max_depth=2");
+  EXPECT_EQ(of_two("integrators.0.max_depth=2").find("are named"), std::string::npos);
   EXPECT_NE(error("seeds.x=1").find("a table or an array"), std::string::npos);
   EXPECT_NE(error("a..b=1").find("empty part"), std::string::npos);
   EXPECT_NE(error("quick.seeds=1").find("expected the key itself"), std::string::npos);
