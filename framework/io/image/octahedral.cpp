@@ -81,7 +81,7 @@ RgbImage octahedral_to_equirectangular(const RgbImage& square) {
 }
 
 void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where) {
-  constexpr double most_texels = unless_fuzzed(1 << 23, 1 << 10);
+  constexpr double most_texels = unless_fuzzed(1 << 21, 1 << 10);
   const double affordable = std::sqrt(most_texels / (static_cast<double>(size.x) * size.y));
   const int times = static_cast<int>(std::clamp(affordable, 1.0, 8.0));
   if (times == 1) return;

@@ -15,7 +15,7 @@ vec2 direction_to_octahedral(const vec3& direction);
 RgbImage octahedral_to_equirectangular(const RgbImage& square);
 
 // Refines an equirectangular image whose texels are to be interpolated, so that steps are 1/8 of a texel wide, or as little as
-// 2^23 texels in all allow: no integrator interpolates environments, whose lights are then sampled as they are seen.
+// 2^21 texels in all allow: no integrator interpolates environments, whose lights are then sampled as they are seen.
 // Throws Error at `where` when the memory that is free does not hold them.
 void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where);
 
