@@ -1,3 +1,4 @@
+#include "experiments/report/declared.h"
 #include "experiments/report/rates.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/tables.h"
