@@ -300,6 +300,25 @@ TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
   EXPECT_GT(records.back().epo_triangles, 0u);
 }
 
+// Cut or not, a kind weighs as much as it has rays: primary rays at 10 nodes each, shadow rays at 2.
+TEST(AccelComparison, MeansOverKindsDoNotDependOnWhichAreCut) {
+  RaysByKind rays;
+  rays[index_of(RayKind::primary)].resize(1000);
+  rays[index_of(RayKind::shadow)].resize(3000);
+  const auto mean = [&](std::size_t primary, std::size_t shadow) {
+    ByRayKind<std::uint64_t> counted{};
+    ByRayKind<std::size_t> traced{};
+    counted[index_of(RayKind::primary)] = 10 * (traced[index_of(RayKind::primary)] = primary);
+    counted[index_of(RayKind::shadow)] = 2 * (traced[index_of(RayKind::shadow)] = shadow);
+    return mean_over_kinds(counted, traced, rays);
+  };
+  EXPECT_DOUBLE_EQ(mean(1000, 3000), 4);
+  EXPECT_DOUBLE_EQ(mean(1000, 30), 4);
+  EXPECT_DOUBLE_EQ(mean(10, 3000), 4);
+  EXPECT_DOUBLE_EQ(mean(10, 0), 10) << "nothing is known of the other kind";
+  EXPECT_EQ(mean(0, 0), 0);
+}
+
 TEST(AccelComparison, WhatDoesNotFitTheBudgetIsSampledAndSaysSo) {
   const Scene scene = load_scene("builtin:mesh");
   StructureTiming options;

@@ -241,9 +241,10 @@ class Comparison {
       record.epo_cost = cost->second.value;
       record.epo_triangles = cost->second.triangles;
     }
-    TraversalCounters counters;
-    double traced = 0;
+    ByRayKind<std::uint64_t> nodes{}, primitives{};
+    ByRayKind<std::size_t> traced{};
     for (const RayKind kind : ray_kinds) {
+      TraversalCounters counters;
       const std::span<const Ray> rays = rays_of(contender, kind);
       for (const Ray& ray : rays) {
         if (kind == RayKind::shadow)
@@ -251,10 +252,12 @@ class Comparison {
         else
           structure.closest_counted(ray, counters);
       }
-      traced += static_cast<double>(rays.size());
+      nodes[index_of(kind)] = counters.nodes;
+      primitives[index_of(kind)] = counters.primitives;
+      traced[index_of(kind)] = rays.size();
     }
-    record.nodes_per_ray = traced > 0 ? static_cast<double>(counters.nodes) / traced : 0;
-    record.primitives_per_ray = traced > 0 ? static_cast<double>(counters.primitives) / traced : 0;
+    record.nodes_per_ray = mean_over_kinds(nodes, traced, rays_);
+    record.primitives_per_ray = mean_over_kinds(primitives, traced, rays_);
   }
 
   void judge(Contender& contender, const RayQuery& structure) const {

@@ -200,6 +200,17 @@ std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<c
   return rays.size();
 }
 
+double mean_over_kinds(const ByRayKind<std::uint64_t>& counted, const ByRayKind<std::size_t>& traced, const RaysByKind& rays) {
+  double sum = 0, weight = 0;
+  for (std::size_t k = 0; k < ray_kinds.size(); ++k) {
+    if (traced[k] == 0) continue;
+    const auto own = static_cast<double>(rays[k].size());
+    sum += own / static_cast<double>(traced[k]) * static_cast<double>(counted[k]);
+    weight += own;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
 Ray cosine_bounce(const Scene& scene, const Ray& ray, const Hit& hit, Sampler& sampler) {
   const SurfacePoint point = scene.surface_at(ray, hit);
   const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;

@@ -32,6 +32,10 @@ double batched_mrays_per_s(const RayQuery& structure, RayKind kind, std::span<co
 // How many of `rays`, at most all, a structure can trace within `seconds`, estimated from the first few.
 std::size_t affordable_rays(const RayQuery& structure, RayKind kind, std::span<const Ray> rays, double seconds);
 
+// The mean over all rays of what was counted on some of each kind: a kind weighs as much as it has rays, however few of them
+// were traced. 0 where none were.
+double mean_over_kinds(const ByRayKind<std::uint64_t>& counted, const ByRayKind<std::size_t>& traced, const RaysByKind& rays);
+
 // Makes a ray on from where this one hits, in a cosine-distributed direction on its side of the surface.
 Ray cosine_bounce(const Scene& scene, const Ray& ray, const Hit& hit, Sampler& sampler);
 
