@@ -1,6 +1,7 @@
 #include "experiments/report/report_data.h"
 
 #include "experiments/report/method_names.h"
+#include "experiments/report/reference_noise.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/error.h"
 
@@ -258,10 +259,7 @@ std::string noise_in_ratios(const ReportData& data) {
   }
   if (!has_noise) return "";
   std::string note;
-  if (is_taken_off)
-    note =
-        "The noise of rendered references is taken from errors before they are compared; what is left counts as a tenth of "
-        "it at least.";
+  if (is_taken_off) note = noise_taken_off;
   if (!is_known)
     note += std::string(note.empty() ? "" : " ") +
             "Errors against references whose noise nobody knows hold it, which brings ratios nearer to 1.";
@@ -273,7 +271,7 @@ std::optional<double> error_at(const SceneData& scene, const Configuration& conf
   const auto estimate = estimate_at(configuration, metric, time_s);
   if (!estimate) return std::nullopt;
   const double noise = reference_noise(scene.reference, metric).value_or(0);
-  return noise > 0 ? std::max(estimate->centre - noise, 0.1 * noise) : estimate->centre;
+  return without_noise(estimate->centre, noise);
 }
 
 std::vector<double> final_values(const Configuration& configuration, const std::string& metric) {

@@ -79,6 +79,36 @@ TEST(LedgerVerdict, ErrorsOfRoundingAreAlike) {
   EXPECT_EQ(ledger_figures(record).error.centre, 1);
 }
 
+TEST(LedgerVerdict, NoiseOfTheReferenceIsTakenFromErrors) {
+  LedgerRecord record = record_of(1.4, 1);
+  record.relmse_floor = 1e-2;
+  for (LedgerTrial& trial : record.trials) {
+    trial.error += record.relmse_floor;
+    trial.switched_error += record.relmse_floor;
+  }
+  EXPECT_NEAR(ledger_figures(record).error.centre, 1.4, 1e-9);
+  record.relmse_floor = 1;
+  EXPECT_EQ(ledger_figures(record).error.centre, 1) << "a tenth of the noise is left";
+  record.relmse_floor = 0;
+  EXPECT_LT(ledger_figures(record).error.centre, 1.05) << "as of older lines";
+}
+
+TEST(LedgerReport, TellsWhereTheReferencesNoiseIsNotSmall) {
+  const auto notes = [](double floor) {
+    RunLog log;
+    auto record = std::make_shared<LedgerRecord>(record_of(1.4, 1));
+    record->relmse_floor = floor;
+    log.records.push_back(record);
+    return joined(ledger_report(log).tables.at(0).notes, " ");
+  };
+  EXPECT_EQ(notes(0).find("noise of"), std::string::npos) << notes(0);
+  EXPECT_NE(notes(5e-6).find("noise of rendered references is taken"), std::string::npos) << notes(5e-6);
+  EXPECT_EQ(notes(5e-6).find("more than 1 %"), std::string::npos) << notes(5e-6);
+  EXPECT_NE(notes(2e-5).find("Of 1 decision the reference's noise is more than 1 % of an error, on builtin:box"),
+            std::string::npos)
+      << notes(2e-5);
+}
+
 TEST(LedgerReport, NamesWhatIsContradictedAndWhyItStands) {
   RunLog log;
   for (const auto& [scene, time] : {std::pair("builtin:a", 1.5), std::pair("builtin:b", 0.5)}) {

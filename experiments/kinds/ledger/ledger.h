@@ -30,6 +30,7 @@ struct LedgerRecord final : KindRecord {
   std::string kept;          // why the decision stands where it is contradicted; "": nothing was said
   std::string inapplicable;  // why it cannot be switched here; "": it was
   std::string reference;     // what errors are measured against
+  double relmse_floor = 0;   // the part of every error that is its noise; 0: none, not known, or an older line
   std::uint64_t iterations = 0;
   std::string bias;         // of the method: "unbiased", "consistent" or "biased",
   double mse_exponent = 0;  // and the power of the iterations at which its MSE falls
@@ -54,7 +55,8 @@ constexpr std::size_t ledger_verdict_count = 5;
 
 std::string_view verdict_name(LedgerVerdict verdict);
 
-// Switched over decided: geometric means over seeds, with their intervals, which are the values themselves below three seeds.
+// Switched over decided, the noise of the reference taken from errors: geometric means over seeds, with their intervals, which
+// are the values themselves below three seeds.
 struct LedgerFigures {
   Estimate error, time, time_to_error;
   bool same_images = false;

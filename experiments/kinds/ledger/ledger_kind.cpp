@@ -64,6 +64,7 @@ void list_fields(auto& f, FieldsOf<LedgerRecord> auto& r) {
   FIELDS(on, why, switched);
   MAYBE_FIELDS(kept, inapplicable);
   FIELDS(reference, iterations, bias, mse_exponent);
+  MAYBE_FIELDS(relmse_floor);
   list_trials(f, r.trials);
 }
 
@@ -218,6 +219,7 @@ class LedgerWork final : public SceneWork {
     }
     const Reference& reference = reference_of(cell, directory);
     record.reference = reference.rendered.source;
+    record.relmse_floor = reference.rendered.relmse_floor;
     const SceneNeeds edited_needs = edited ? scene_needs(*edited) : at.needs;
     const Method& switched = record.on || row.edit != nullptr ? row.without.value_or(row.method) : *row.with;
     const Budget budget = Budget::of_iterations(row.samples);

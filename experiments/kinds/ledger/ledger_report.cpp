@@ -1,4 +1,5 @@
 #include "experiments/kinds/ledger/ledger.h"
+#include "experiments/report/reference_noise.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
@@ -49,7 +50,8 @@ LedgerFigures ledger_figures(const LedgerRecord& record, double confidence) {
   bool same = true;
   for (const LedgerTrial& trial : record.trials) {
     const auto log_ratio = [](double a, double b, double least) { return std::log(std::max(a, least) / std::max(b, least)); };
-    errors.push_back(log_ratio(trial.switched_error, trial.error, rounding));
+    errors.push_back(log_ratio(without_noise(trial.switched_error, record.relmse_floor),
+                               without_noise(trial.error, record.relmse_floor), rounding));
     times.push_back(log_ratio(trial.switched_cpu_s, trial.cpu_s, 1e-9));
     both.push_back(power * errors.back() + times.back());
     same = same && trial.same_image;
@@ -129,12 +131,35 @@ std::string on_where(const Component& component) {
   return on == 0 ? "off" : on == all ? "on" : fmt::format("on in {} of {}", on, all);
 }
 
+// Whether more than a hundredth of an error is the reference's noise, which is known less well than the error.
+bool is_noisy(const Decision& decision) {
+  return std::ranges::any_of(decision.record->trials, [&](const LedgerTrial& trial) {
+    return decision.record->relmse_floor > floor_share_limit * std::min(trial.error, trial.switched_error);
+  });
+}
+
+// What the reference's noise has to do with the ratios; none where references have none.
+std::vector<std::string> noise_notes(const std::vector<Decision>& decisions) {
+  std::vector<std::string> notes, scenes;
+  if (std::ranges::any_of(decisions, [](const Decision& d) { return d.record->relmse_floor > 0; }))
+    notes.emplace_back(noise_taken_off);
+  for (const Decision& decision : decisions)
+    if (is_noisy(decision)) index_in(scenes, decision.scene());
+  if (!scenes.empty())
+    notes.push_back(
+        fmt::format("Of {} the reference's noise is more than {} % of an error, on {}: what is left when it is taken "
+                    "off is uncertain; expected reference = {{ samples = N }} with more samples.",
+                    counted(static_cast<std::size_t>(std::ranges::count_if(decisions, is_noisy)), "decision"),
+                    format_short(100 * floor_share_limit), enumerate(scenes, ", ", 6)));
+  return notes;
+}
+
 TableCell median_and_ends(std::vector<double> values) {
   const auto [least, most] = std::ranges::minmax(values);
   return TableCell::interval(median(values), least, most);
 }
 
-Table components_table(const RunLog& log, const std::vector<Component>& components) {
+Table components_table(const RunLog& log, const std::vector<Decision>& decisions, const std::vector<Component>& components) {
   TableOf<Component> table("ledger", "The ledger: components switched, one at a time", components);
   table.column("component", "component", [](const Component& c) { return c.first().component(); });
   table.column("method", "of", [](const Component& c) { return c.first().owner(); });
@@ -160,6 +185,7 @@ Table components_table(const RunLog& log, const std::vector<Component>& componen
       "less and the other takes less time; costs nothing: error and time are within 5 %; no gain: nor loss of time to the same "
       "error beyond noise and 5 %, though error and time may differ each. The first three are held to a level at which all "
       "decisions together err in one of twenty logs, what costs nothing to intervals of 95 % each.");
+  for (const std::string& note : noise_notes(decisions)) table.note(note);
   return table.take(failed_cells<LedgerRecord>(log));
 }
 
@@ -188,6 +214,7 @@ Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log)
   table.note(
       "Geometric means over seeds with 95 % intervals: relMSE at equal iterations, and processor time on one thread. Time to "
       "error: error^(-1 / e) times time, e the exponent at which the method's MSE falls with iterations.");
+  for (const std::string& note : noise_notes(decisions)) table.note(note);
   Table result = table.take();
   for (const LedgerRecord* record : done_records_of<LedgerRecord>(log))
     if (!record->inapplicable.empty())
@@ -261,7 +288,7 @@ KindReport ledger_report(const RunLog& log) {
   const std::vector<Decision> decisions = decisions_of(log);
   const std::vector<Component> components = components_of(decisions);
   KindReport report{.fact = counted(decisions.size(), "decision"),
-                    .tables = {components_table(log, components), decisions_table(decisions, log)},
+                    .tables = {components_table(log, decisions, components), decisions_table(decisions, log)},
                     .answer = ledger_answer(decisions, components),
                     .id = "ledger",
                     .heading = "The ledger"};
@@ -281,7 +308,7 @@ std::string ledger_summary(const RunLog& log) {
   if (records_of<LedgerRecord>(log).empty()) return {};
   const std::vector<Decision> decisions = decisions_of(log);
   const std::vector<Component> components = components_of(decisions);
-  std::string out = to_terminal(components_table(log, components), 0);
+  std::string out = to_terminal(components_table(log, decisions, components), 0);
   if (!decisions.empty()) out += "\n" + ledger_answer(decisions, components) + ".\n";
   return out;
 }
