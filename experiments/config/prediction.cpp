@@ -87,8 +87,7 @@ Prediction::Quantity quantity_of(const ConfigNode* over, const ConfigNode* expec
   return of_bias ? Prediction::Quantity::bias : Prediction::Quantity::exponent;
 }
 
-void read_expected(const ConfigNode& table, TableReader& reader, Prediction& prediction) {
-  const auto *expect = reader.find("expect"), *source = reader.find("source");
+void read_expected(const ConfigNode& table, const ConfigNode* expect, const ConfigNode* source, Prediction& prediction) {
   const std::string quantity = prediction.is_ratio() ? "ratio" : prediction.is_exponent() ? "exponent" : "bias";
   if (expect)
     prediction.expected = read_expectations(*expect, "predictions.expect", {quantity}).at(quantity);
@@ -105,15 +104,15 @@ Prediction read_prediction(const ConfigNode& node, const PredictionContext& cont
   Prediction prediction;
   const ConfigNode& method = reader.need("method");
   prediction.scene = read_choice(reader, "scene", "", context.scenes);
-  const ConfigNode* over = reader.find("over");
-  prediction.quantity = quantity_of(over, reader.find("expect"));
+  const auto *over = reader.find("over"), *expect = reader.find("expect"), *source = reader.find("source");
+  prediction.quantity = quantity_of(over, expect);
   if (over) prediction.over = read_selection(*over, "over", context, 1, 1);
   if (prediction.quantity != Prediction::Quantity::bias) read_region(reader, context, prediction);
   if (prediction.is_exponent()) read_fit(reader, prediction);
   const std::size_t least = prediction.across ? 3 : 1;
   prediction.method = read_selection(method, "method", context, least, context.integrators.size());
-  read_expected(node, reader, prediction);
   reader.finish();
+  read_expected(node, expect, source, prediction);
   const std::string needed = prediction.quantity == Prediction::Quantity::bias ? "bias" : "mse";
   if (!contains(context.metrics, needed))
     throw Error(node.where, fmt::format("predictions: {0} is not among the metrics; expected metrics = [\"{0}\", …]", needed));

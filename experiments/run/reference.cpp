@@ -122,7 +122,8 @@ Shares share_samples(const ReferenceRequest& request, const EstimatorPair& pair,
   const Batches second = run_batches(request, pair.second, few, 4, pilot_batches);
   const double a = first.statistics.mean_variance() * first.rays;
   const double b = second.statistics.mean_variance() * second.rays * bidirectional_ray;
-  const bool agree = compare_means(first.statistics, second.statistics, options).verdict == Agreement::Verdict::agree;
+  const Agreement agreement = compare_means(first.statistics, second.statistics, options);
+  const bool agree = agreement.verdict == Agreement::Verdict::agree || agreement.may_lack > 0;  // a pilot sees little light
   if (!agree || a == 0 || b == 0) return {samples, samples};
   const std::uint64_t check = std::max<std::uint64_t>(1, samples / check_share);
   return a <= b ? Shares{samples, check} : Shares{check, samples};

@@ -1,5 +1,8 @@
 // Caches that take caustics from a map of photons: against closed forms and other methods, and nothing counted twice.
+#include "integrators/photons/caustic_light.h"
 #include "experiments/run/closed_form.h"
+#include "experiments/run/run_cell.h"
+#include "framework/core/counters.h"
 #include "tests/block_agreement.h"
 #include "tests/image_checks.h"
 
@@ -153,7 +156,7 @@ TEST(CausticLight, ThatLightsNothingSeenIsEmittedLessAndLess) {
     const Method accel{"binned-sah", {}, {}}, method{"hash-cache", {}, {}};
     const Budget budget = Budget::of_iterations(iterations);
     const CellResult cell = run_cell({scene, needs, accel, method, 1, {16, 16}, budget, 2});
-    return find_value(cell.checkpoints.back().counters, counter_name(Counter::photons_emitted)).value_or(0);
+    return find_value(cell.checkpoints.back().counters, std::string(counter_name(Counter::photons_emitted))).value_or(0);
   };
   const double some = static_cast<double>(emitted(8)), more = static_cast<double>(emitted(128));
   EXPECT_GT(some, 0);

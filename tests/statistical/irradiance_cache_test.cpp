@@ -334,7 +334,7 @@ void add_room(SceneBuilder& b, float x, float window, float reflectance) {
         wall(corner(across[column], y[row], 1), {across[column + 1] - across[column], 0, 0}, {0, y[row + 1] - y[row], 0});
 }
 
-// Of the light in a white room a limit of five events cuts off a quarter, of that in a dark one nothing: where both are seen, a
+// A limit of five events cuts off a quarter of the light in a white room, and nothing in a dark one: where both are seen, a
 // share of the limit's light that stands for both would make the white room 11 to 30 % too bright.
 TEST(IrradianceCache, DepthLimitHoldsInAWhiteRoomBesideADarkOne) {
   SceneBuilder b("rooms");

@@ -82,7 +82,7 @@ TEST(ImageBiasPredictions, SlipsAreErrorsAtTheirPlace) {
   expect_error(bias_with("source =", "metric = \"mse\"\nsource ="), "x.toml:8:1", "metric");
   expect_error(bias_with("source =", "region = \"left\"\nsource ="), "x.toml:8:1", "region");
   expect_error(bias_with("{ bias = [-0.01, 0.01] }", "{ bias = [0.01, -0.01] }"), "x.toml:7:19", "low <= high");
-  expect_error(bias_with("{ bias = [-0.01, 0.01] }", "{ bias = [0, 1], ratio = 2 }"), "x.toml:7:28", "ratio");
+  expect_error(bias_with("{ bias = [-0.01, 0.01] }", "{ bias = [0, 1], ratio = 2 }"), "x.toml:7:27", "ratio");
 }
 
 TEST(ImageBiasPredictions, OneSeedTooFarOffRefutes) {

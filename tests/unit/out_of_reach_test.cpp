@@ -265,7 +265,6 @@ TEST(LightsSeldomChosen, AreToldOfTheMethodsOwnChoice) {
   };
   EXPECT_TRUE(told("power"));
   EXPECT_FALSE(told("uniform"));
-  EXPECT_FALSE(told("tree"));
 }
 
 }  // namespace

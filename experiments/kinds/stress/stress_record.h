@@ -58,7 +58,7 @@ struct StressRecord final : KindRecord, HazardText {
 
   std::vector<SweepPoint> curve() const { return {points.begin(), points.end()}; }
   std::string line() const override;
-  // Of an older line the scene of the harmless end stands for all.
+  // In an older line the scene of the harmless end stands for all.
   bool uses_reference_of(const std::string& scene) const override {
     return contains(references, scene) || (references.empty() && !of_structure && !points.empty() && cell.scene == scene);
   }
