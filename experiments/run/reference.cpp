@@ -234,7 +234,7 @@ std::string expected_instead(std::uint64_t samples, const Agreement& agreement) 
 
 // Does light get where the camera sees it in ways that bidirectional paths do not have, or hardly ever find?
 bool hides_light(const ReferenceRequest& request) {
-  if (!request.needs.caustic_map) return false;
+  if (!request.needs.caustic_map || has_delta_light(request.scene)) return false;
   const Method accel = default_accel(), bdpt = independent("bdpt");
   const Budget budget = Budget::of_iterations(1);
   CellTask task{request.scene, request.needs, accel, bdpt, reference_seed, request.resolution, budget, request.threads};

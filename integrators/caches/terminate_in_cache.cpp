@@ -37,16 +37,13 @@ bool shares_vary(std::span<const dvec3> whole, std::span<const dvec3> less, doub
   for (std::size_t i = 0; i + 1 < whole.size(); i += 2) {
     const double a = light_of(whole[i]), b = light_of(whole[i + 1]);
     if (!(a > 0 && b > 0)) continue;
-    const double product = (light_of(less[i]) / a - kept) * (light_of(less[i + 1]) / b - kept);
+    const double x = light_of(less[i]) / a - kept, y = light_of(less[i + 1]) / b - kept;
     n += 1;
-    sum += product;
-    squares += square(product);
+    sum += x * y;
+    squares += square(square(x - y) / 2) / 3;  // of their noise alone, which is about normal
   }
   if (n < fewest) return true;
   const double error_of_sum = std::sqrt(squares);
-  if (getenv("KEPT"))
-    fprintf(stderr, "kept %g: sd %g, err %g, n %g of %zu\n", kept, std::sqrt(std::max(0.0, sum / n)),
-            std::sqrt(error_of_sum / n), n, whole.size() / 2);
   return sum - 2 * error_of_sum > n * square(most);
 }
 

@@ -35,7 +35,8 @@ class TerminateInCache final : public PathEnd {
 // The share of the irradiance in records of each level that a depth limit of one event less than theirs would leave, per
 // channel in [0, 1]: those of level l have paths.max_depth - l. It is found by path tracing from at most 32 of the points
 // `seen`, with the same random numbers for all limits. Empty where the limit does not matter; levels are missing from the first
-// on of which nothing is seen, where no light is found, or where the share varies by more than 0.02 over the points.
+// on of which nothing is seen, where light is found at fewer than eight points, or where the share surely varies by more than
+// 0.02 over them.
 std::vector<Rgb> kept_below_limit(const RenderContext& context, CacheSettings settings, std::span<const CachePoint> seen,
                                   const PathSettings& paths, bool cache_direct, const PathCaustics* caustics);
 

@@ -148,7 +148,7 @@ TEST(RareEmission, KeepsTheMeanAndTakesFewEmissions) {
   EXPECT_LT(emissions, 0.5 * iterations);
 }
 
-// The sun's light lands on the plate, and the camera sees what lies below it: the same bits as without a map.
+// The sun's light lands on the plate, and the camera sees what lies below it.
 TEST(CausticLight, ThatLightsNothingSeenIsEmittedLessAndLess) {
   const Scene scene = load_scene("builtin:thin-plate");
   const SceneNeeds needs = scene_needs(scene);
