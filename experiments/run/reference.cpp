@@ -205,7 +205,7 @@ Floors floors_by_difference(const Image& first, const Image& second, double weig
   return {greater * greater * mse(first, second), greater * greater * relmse(first, second)};
 }
 
-// The same of light that all pixels lack.
+// Gives the same where all pixels may lack so much light.
 Floors floors_of_missed(const Image& image, double radiance) {
   Image lit = image;
   for (dvec3& pixel : lit.pixels) pixel += dvec3(radiance);

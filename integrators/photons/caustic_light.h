@@ -81,7 +81,7 @@ class CausticLight final : public PathCaustics {
     const bool of_tails = lobes_ && lobes_->has_tails(point.material);
     const float tail_density = of_tails ? lobes_->tail_density() : infinity;
     const Rgb light = weight_ * maps_.caustics(context, point, bsdf, wo, max_depth_ - depth - 1, tail_density);
-    if (!is_black(light)) brought_.store(true, std::memory_order_relaxed);
+    if (!is_black(light) && !brought_.load(std::memory_order_relaxed)) brought_.store(true, std::memory_order_relaxed);
     return light;
   }
 
