@@ -57,6 +57,9 @@ JudgedPrediction judged_images(const Prediction& prediction, const Configuration
   const auto [least, most] = std::ranges::minmax(biases);
   row.measure(farthest, Interval{least, most});
   row.verdict = judge(farthest, {farthest, farthest}, *row.expected, {});
+  // A seed that failed, or whose bias is not finite, may be the one that is off: without it the others can only refute.
+  const bool lacks_images = biases.size() < configuration.replicates.size() + configuration.failures.size();
+  if (lacks_images && row.verdict == Verdict::confirmed) row.verdict = Verdict::undecided;
   row.details = {{"seeds", biases.size()}, {"iterations", configuration.replicates.front().last()->iterations}};
   return row;
 }

@@ -288,11 +288,12 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   rendered.mse_floor = told ? vary.mse : std::max({vary.mse, differ.mse, lacks.mse});
   rendered.relmse_floor = told ? vary.relmse : std::max({vary.relmse, differ.relmse, lacks.relmse});
   rendered.samples = samples;
-  rendered.source = pair.second_checks_only
-                        ? fmt::format("{} alone, checked by {} to {:g} % of the image's mean, {} samples per pixel each",
-                                      pair.first.label(), pair.second.label(), 100 * biased_check_indifference, samples)
-                        : fmt::format("{:.3g} of {} ({} samples per pixel) and {:.3g} of {} ({})", weight, pair.first.label(),
-                                      first.samples(), 1 - weight, pair.second.label(), second.samples());
+  rendered.source =
+      pair.second_checks_only
+          ? fmt::format("{} alone ({} samples per pixel), checked by {} ({}) to {:g} % of the image's mean", pair.first.label(),
+                        first.samples(), pair.second.label(), second.samples(), 100 * biased_check_indifference)
+          : fmt::format("{:.3g} of {} ({} samples per pixel) and {:.3g} of {} ({})", weight, pair.first.label(),
+                        first.samples(), 1 - weight, pair.second.label(), second.samples());
   rendered.checks = agreement.text;
   Reference reference{std::move(rendered), {}};
   if (agreement.verdict == Agreement::Verdict::disagree)
@@ -302,7 +303,8 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
     request.observer->warn(fmt::format(
         "the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} {}; expected "
         "reference = {{ {} }}",
-        request.name, samples, pair.first.label(), pair.second.label(), agreement.may_lack > 0 ? "both lack light" : "agree",
+        request.name, first.samples(), pair.first.label(), pair.second.label(),
+        agreement.may_lack > 0 ? "both lack light" : "agree",
         expected_instead(std::max(first.samples(), second.samples()), agreement)));
   return reference;
 }

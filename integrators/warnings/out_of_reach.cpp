@@ -68,10 +68,8 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
   if (by_either) {
     const PilotFindings found = run_pilot(context);
     if (method == "bdpt" && hides_caustics(found))
-      return fmt::format(
-          "{}: light that comes by way of specular surfaces is left out, or noise, where specular surfaces show it; vcm brings "
-          "it",
-          method);
+      return fmt::format("{}: caustics that are seen by way of specular surfaces are left out, or noise; vcm brings them",
+                         method);
     if (context.lights.empty() || found.photons_seen > 0 || !(found.path_error > 0) || !has_distant_light(context)) return "";
     return fmt::format(
         "{}: no photon of a pilot lands where the camera sees it: light that comes by way of specular surfaces is noise, or "

@@ -95,6 +95,8 @@ TEST(ImageBiasPredictions, OneSeedTooFarOffRefutes) {
   EXPECT_EQ(kept.verdict, Verdict::confirmed);
   EXPECT_DOUBLE_EQ(kept.value.value(), -0.008);
   EXPECT_DOUBLE_EQ(kept.interval->high, 0.004);
+  log.checkpoints.back().metrics.erase("bias");
+  EXPECT_EQ(image_bias_predictions(arrange(log)).rows.at(0).verdict, Verdict::undecided);
   for (CheckpointRecord& record : log.checkpoints)
     if (record.cell.seed == 3) record.metrics["bias"] = 0.02;
   const JudgedPrediction refuted = image_bias_predictions(arrange(log)).rows.at(0);
