@@ -60,12 +60,13 @@ Vec3<LaneOf<V>> sample_unit_sphere(const V& u) {
   return {r * turn.cosine, r * turn.sine, z};
 }
 
-// Density 1 / (2 pi (1 - cos_max)) over the cone about +z.
+// Density 1 / (2 pi height) over the cone about +z whose cap of the unit sphere is so high: 1 - cos of its half angle. The sine
+// is taken from the height, since the cosine of a narrow cone's directions is rounded to few values.
 template <class V>
-Vec3<LaneOf<V>> sample_cone(const V& u, LaneOf<V> cos_max) {
-  const auto z = 1 - u.x * (1 - cos_max), r = safe_sqrt(1 - z * z);
+Vec3<LaneOf<V>> sample_cone(const V& u, LaneOf<V> height) {
+  const auto below = u.x * height, r = safe_sqrt(below * (2 - below));
   const auto turn = cos_sin_of_turn(u.y);
-  return {r * turn.cosine, r * turn.sine, z};
+  return {r * turn.cosine, r * turn.sine, 1 - below};
 }
 
 // Barycentric weights of the second and third vertex; uniform over the triangle.

@@ -51,7 +51,7 @@ struct QuadricSurface {
   }
   QuadricPoint operator()(const Disk& d) const {
     const vec3 position = p - glm::dot(p - d.centre, d.normal) * d.normal;
-    return {position, d.normal, d.normal, Frame::from_normal(d.normal).tangent, uv};
+    return {position, d.normal, d.normal, glm::cross(d.normal, position - d.centre), uv};
   }
   QuadricPoint operator()(const Cylinder& c) const {
     // The tube and its caps keep off each other, as points of triangles keep off their edges.
@@ -62,7 +62,7 @@ struct QuadricSurface {
     if (c.caps && (uv.y == 0 || uv.y == 1)) {
       const vec3 across = from_base - along * c.axis, normal = uv.y == 0 ? -c.axis : c.axis;
       const float inwards = std::min(1.0f, (c.radius - margin) / glm::length(across));
-      return {c.base + (uv.y * c.length * c.axis + inwards * across), normal, normal, Frame::from_normal(normal).tangent, uv};
+      return {c.base + (uv.y * c.length * c.axis + inwards * across), normal, normal, glm::cross(c.axis, across), uv};
     }
     const vec3 on_axis = c.base + std::clamp(along, margin, c.length - margin) * c.axis;
     const vec3 n = normalised_or(p - on_axis, Frame::from_normal(c.axis).tangent);

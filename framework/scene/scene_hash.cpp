@@ -135,6 +135,7 @@ std::uint64_t Scene::hash() const {
   h.add_content(*this);
   h.add_transform(camera.to_world);
   h.add(camera.fov, camera.lens_radius, camera.focal_distance, resolution, max_depth.value_or(0));
+  if (max_depth == 0) h.add(true);  // which is not the same as none
   if (camera.is_parallel()) h.add(camera.half_width);
   if (filter) {
     const FilterShape& f = filter->shape();

@@ -42,7 +42,7 @@ float number(std::uint32_t light, int which) {
 
 // Away from the camera, within 70 degrees.
 vec3 facing(std::uint32_t light, const vec3& position) {
-  const vec3 cone = sample_cone(vec2(number(light, 0), number(light, 1)), math::cos(70 * pi / 180));
+  const vec3 cone = sample_cone(vec2(number(light, 0), number(light, 1)), 1 - math::cos(70 * pi / 180));
   return Frame::from_normal(glm::normalize(position - eye)).to_world(cone);
 }
 

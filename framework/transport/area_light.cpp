@@ -129,7 +129,7 @@ AreaSample AreaEmitter::sample_towards(const vec3& position, const vec2& u) cons
       if (flip_normal_ && !two_sided_) return {};
       const vec3 axis = sphere_->centre - position;
       const float distance = glm::length(axis);
-      const vec3 local = sample_cone(u, 1 - height);
+      const vec3 local = sample_cone(u, height);
       const float across2 = square(distance) * (local.x * local.x + local.y * local.y);
       const float along = distance * local.z;
       const vec3 wi = Frame::from_normal(axis / distance).to_world(local);

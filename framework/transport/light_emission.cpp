@@ -59,7 +59,7 @@ std::optional<LightRay> LightSampler::emit(float u_light, const vec2& u_position
                     true, false};
   }
   if (const auto* l = std::get_if<SpotLight>(&light)) {
-    const vec3 direction = Frame::from_normal(l->direction).to_world(sample_cone(u_direction, l->cos_outer));
+    const vec3 direction = Frame::from_normal(l->direction).to_world(sample_cone(u_direction, 1 - l->cos_outer));
     const float density = chosen / (2 * pi * (1 - l->cos_outer));
     return LightRay{{.origin = l->position, .t_min = least_distance(l->position), .direction = direction},
                     direction,

@@ -12,7 +12,8 @@ vec3 to_light_space(const EnvironmentLight& light, const vec3& direction) {
   return glm::normalize(light.light_to_world.inverse().vector(direction));
 }
 
-vec2 equirectangular(const vec3& d) { return {turn_of(d.x, d.y), math::acos(std::clamp(d.z, -1.0f, 1.0f)) * inv_pi}; }
+// The arc cosine of z would be 0 or pi within 2e-4 of a pole.
+vec2 equirectangular(const vec3& d) { return {turn_of(d.x, d.y), 2 * turn_of(d.z, std::sqrt(d.x * d.x + d.y * d.y))}; }
 
 }  // namespace
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace etendue {
 namespace {
 
@@ -55,6 +57,28 @@ TEST(EnvironmentSampling, SamplesOverTheirDensityGiveTheImagesLight) {
   }
   EXPECT_NEAR(found, emitted, 0.01 * emitted);
   EXPECT_NEAR(found_upper, upper, 0.02 * upper);
+}
+
+// A lamp at the zenith or the nadir lies in a polar row, whose directions an arc cosine takes for the pole itself.
+TEST(EnvironmentSampling, PolarTexelsOfLargeImagesKeepTheirLight) {
+  constexpr int rows = 2048;
+  for (const int lit : {0, rows - 1}) {
+    EnvironmentLight light{
+        .scale = Rgb(1), .size = {2, rows}, .texels = std::vector<Rgb>(2 * rows, Rgb(0)), .light_to_world = {}};
+    for (const int x : {0, 1}) light.texels[2 * lit + x] = Rgb(1e6f);
+    Scene scene;
+    scene.lights.push_back(light);
+    const LightSampler lights(scene);
+    double found = 0;
+    constexpr int samples = 20000;
+    for (int i = 0; i < samples; ++i) {
+      Sampler numbers(SamplerKind::independent, 6, Stream::test, i, 0);
+      if (const auto sample = lights.sample(vec3(0), numbers.get_2d()))
+        found += sample->radiance.x / sample->pdf_solid_angle / samples;
+    }
+    const double cap = 2 * std::numbers::pi * (1 - std::cos(std::numbers::pi / rows));
+    EXPECT_NEAR(found, 1e6 * cap, 0.01 * 1e6 * cap) << lit;
+  }
 }
 
 }  // namespace

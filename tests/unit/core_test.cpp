@@ -5,6 +5,7 @@
 #include "framework/core/parallel.h"
 #include "framework/core/params.h"
 #include "framework/core/sampler.h"
+#include "framework/core/sampling.h"
 #include "framework/core/units.h"
 #include "tests/unit/io_helpers.h"
 
@@ -265,6 +266,26 @@ TEST(Counters, SumOverThreads) {
   EXPECT_EQ(read_counters()[static_cast<std::size_t>(Counter::rays)], 2000u);
   reset_counters();
   EXPECT_EQ(read_counters()[static_cast<std::size_t>(Counter::rays)], 0u);
+}
+
+// The cosine of a narrow cone's directions has few values as a float; the sine must not.
+TEST(Sampling, NarrowConesAreFilledEvenly) {
+  for (const float height : {1e-9f, 1e-6f, 1e-4f, 0.5f}) {
+    constexpr int steps = 4096;
+    double inner = 0, nearest = 1, mean = 0;
+    for (int i = 0; i < steps; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / steps;
+      const vec3 d = sample_cone(vec2(u, 0.3f), height);
+      const double share = (static_cast<double>(d.x) * d.x + static_cast<double>(d.y) * d.y) / (height * (2.0 - height));
+      mean += share / steps;
+      inner += share < 0.25 ? 1.0 / steps : 0;
+      nearest = std::min(nearest, share);
+    }
+    EXPECT_LT(nearest, 1e-3) << height;
+    if (height > 0.1f) continue;  // there the square of the sine goes with the height no more
+    EXPECT_NEAR(mean, 0.5, 1e-3) << height;
+    EXPECT_NEAR(inner, 0.25, 1e-3) << height;
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "framework/scene/needs.h"
 #include "framework/scene/precision.h"
 #include "framework/scenes/meshes.h"
+#include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
 
@@ -253,6 +254,30 @@ TEST(Precision, ScenesBelowTheRangeOfFloatsAreTold) {
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0],
             "the scene spans 4e-13 m: products of its coordinates leave the range of floats; scale it to 1e-12 m or more");
+}
+
+// Anisotropic metal is brushed along dp/du, which runs around discs, tubes and spheres.
+TEST(Surface, TangentsOfQuadricsRunAround) {
+  const vec3 n = glm::normalize(vec3(1, 2, -1));
+  const std::vector<Quadric> quadrics{Disk{{1, 2, 3}, 2, n}, Sphere{{1, 2, 3}, 2}, Cylinder{{1, 2, 3}, 1, n, 2, true}};
+  for (const Quadric& quadric : quadrics) {
+    SceneBuilder b("quadric");
+    b.quadric(quadric, b.material(Diffuse{Rgb(0.5f)}));
+    b.camera({5, 5, 5}, {0, 0, 0}, 40, {8, 8});
+    const testing::SceneContext stage(b.finish());
+    const vec3 axis = std::holds_alternative<Sphere>(quadric) ? vec3(0, 0, 1) : n;
+    const Frame across = Frame::from_normal(axis);
+    for (const float angle : {0.3f, 2.0f, 4.5f}) {
+      const vec3 radial = std::cos(angle) * across.tangent + std::sin(angle) * across.bitangent;
+      const vec3 at = vec3(1, 2, 3) + (std::holds_alternative<Cylinder>(quadric) ? 0.5f * n : vec3(0)) + radial;
+      const Ray ray{.origin = at + 10.0f * (std::holds_alternative<Disk>(quadric) ? n : radial),
+                    .direction = std::holds_alternative<Disk>(quadric) ? -n : -radial};
+      const Hit hit = stage.context.rays.closest(ray);
+      ASSERT_TRUE(hit);
+      const vec3 tangent = glm::normalize(stage.scene.surface_at(ray, hit).tangent);
+      EXPECT_NEAR(std::abs(glm::dot(tangent, glm::normalize(glm::cross(axis, radial)))), 1, 1e-3f);
+    }
+  }
 }
 
 }  // namespace

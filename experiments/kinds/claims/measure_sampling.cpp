@@ -45,7 +45,7 @@ class DiffusePaths {
       if (sample_lights_) sum += throughput * direct_light(context, point, bsdf, -ray.direction, sampler, MisMode::light);
       const vec3 normal = glm::dot(ray.direction, point.normal) > 0 ? -point.normal : point.normal;
       const vec2 u = sampler.get_2d();
-      const vec3 local = directions == Directions::cosine ? sample_cosine_hemisphere(u) : sample_cone(u, 0);
+      const vec3 local = directions == Directions::cosine ? sample_cosine_hemisphere(u) : sample_cone(u, 1);
       // f cos / density is albedo / pi cos over cos / pi, or over 1 / 2 pi.
       throughput *= bsdf.diffuse_albedo() * (directions == Directions::cosine ? 1 : 2 * local.z);
       if (is_black(throughput)) return sum;
