@@ -109,6 +109,10 @@ TEST_F(Looks, MitsubaReliefTurnsNormals) {
   const std::string bumps = "<bsdf type=\"twosided\"><bsdf type=\"bumpmap\"><float name=\"scale\" value=\"0.5\"/>" +
                             mitsuba_image("any", "ramp.png") + "<bsdf type=\"diffuse\"/></bsdf></bsdf>";
   expect_near(normal_of(mitsuba(on_rectangle(bumps))), glm::normalize(vec3(-0.5f, 0, 1)), 1e-4f);
+  // Heights of a coloured image are its luminance.
+  write("blue.png", {0, 0, 0, 0, 0, 255}, {2, 1});
+  const std::string blue = "<bsdf type=\"bumpmap\">" + mitsuba_image("any", "blue.png") + "<bsdf type=\"diffuse\"/></bsdf>";
+  expect_near(normal_of(mitsuba(on_rectangle(blue))), glm::normalize(vec3(-0.0722f, 0, 1)), 1e-3f);
   const std::string normals =
       "<bsdf type=\"normalmap\">" + mitsuba_image("normalmap", "lean.png") + "<bsdf type=\"roughconductor\"/></bsdf>";
   expect_near(normal_of(mitsuba(on_rectangle(normals))), glm::normalize(vec3(0.6f, 0.0039f, 0.804f)), 1e-2f);

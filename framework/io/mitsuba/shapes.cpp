@@ -147,6 +147,10 @@ void MitsubaReader::place(TriangleMesh mesh, const Transform& t, ShapeLook seen,
     for (vec3& n : mesh.normals) n = -n;
   seen.flip_normal ^= outward && t.swaps_handedness();
   if (mesh.uvs.empty() && (uses_uvs(scene_.materials[seen.material]) || seen.mask != no_id)) {
+    const auto* metal = std::get_if<Conductor>(&scene_.materials[seen.material]);
+    if (metal && metal->is_anisotropic() && !version0())
+      approximate(of.where(), fmt::format("{}: anisotropic metal without texture coordinates is not supported", of.title()),
+                  "a brush along the first edge of each triangle");
     give_default_uvs(mesh);  // Mitsuba's are the weights of the second and the third corner
     for (const uvec3& corners : mesh.triangles) mesh.uvs[corners.z] = {0, 1};
   }
