@@ -137,7 +137,7 @@ class CellRunner {
     };
     // Pilots choose lights in their own way, after which nothing tells how the method chose them.
     std::string seldom = lights_seldom_chosen(context, used.name);
-    if (!result_.chosen) tell(light_out_of_reach(context, used.name, used.params));
+    tell(light_out_of_reach(context, used.name, used.params));
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && told.empty())
       tell(fmt::format("{}: {}", used.name, left_out));
     tell(surfaces_mixed(context, used.name, used.params));

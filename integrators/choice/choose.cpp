@@ -1,6 +1,7 @@
 #include "integrators/choice/choose.h"
 
 #include "framework/core/units.h"
+#include "integrators/pilot/caustic_need.h"
 
 #include <algorithm>
 #include <limits>
@@ -74,11 +75,12 @@ class Chooser {
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
 
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
-  // from. What falls on glossy surfaces does not tell: paths follow the lobes that send light on to the camera.
+  // from. What falls on glossy surfaces does not tell where paths meet some of it: they follow the lobes that send light on to
+  // the camera.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
-    if (found_.diffuse < fewest_diffuse) return false;
-    if (!context_.needs.caustic_map || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
+    if (found_.diffuse < fewest_diffuse && found_.caustic_hits > 0) return false;
+    if (!may_cast_caustics(context_) || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
     if (photons_are_blind()) return false;
@@ -88,7 +90,7 @@ class Chooser {
   // Light by way of specular surfaces that paths leave out however well they meet that of other lights there: from points,
   // spots and directions, and from small lamps.
   bool caustics_are_unmet() const {
-    return context_.needs.caustic_map && found_.unmet_caustics >= least_caustic_light && !photons_are_blind();
+    return may_cast_caustics(context_) && found_.unmet_caustics >= least_caustic_light && !photons_are_blind();
   }
 
   // Photons of which hardly any lie in view may all have landed beside it: paths see other light than they tell of.

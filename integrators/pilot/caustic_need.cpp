@@ -4,6 +4,11 @@
 
 namespace etendue {
 
+bool may_cast_caustics(const RenderContext& context) {
+  constexpr float nearly_smooth = 0.05f;  // GGX alpha
+  return context.needs.caustic_map || RoughMaterials(context.scene, nearly_smooth).narrow_lobes();
+}
+
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits) {
   if (!context.needs.caustic_map) return false;
   if (context.lights.any_delta()) return true;

@@ -3,6 +3,7 @@
 #include "framework/transport/ray_tools.h"
 #include "integrators/choice/choose.h"
 #include "integrators/photons/photon_maps.h"
+#include "integrators/pilot/caustic_need.h"
 #include "integrators/warnings/methods.h"
 #include "integrators/warnings/seen_pixels.h"
 
@@ -40,7 +41,7 @@ bool has_distant_light(const RenderContext& context) {
 // be joined between two specular surfaces.
 bool hides_caustics(const PilotFindings& found) {
   return found.caustic_photons >= fewest_caustics && found.by_specular * found.caustic_light >= least_caustic_light &&
-         found.caustic_hits == 0;
+         (found.caustic_hits == 0 || found.unmet_caustics >= least_caustic_light);
 }
 
 }  // namespace
@@ -62,8 +63,10 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
     return fmt::format("{}: {} where the camera sees it, too few for light and shadow of what is small; {}bdpt needs none",
                        method, share, may_guide ? "emission = \"visibility\" may guide them there, and " : "");
   }
-  const bool without = is_among(by_caustic_map, method) && is_set(params, "caustic_map", name_of(CausticMap::off));
-  if (!context.needs.caustic_map) return "";
+  if (!may_cast_caustics(context)) return "";
+  // A map takes photons from mirrors and glass alone.
+  const bool without = is_among(by_caustic_map, method) &&
+                       (!context.needs.caustic_map || is_set(params, "caustic_map", name_of(CausticMap::off)));
   const bool by_either = method == "bdpt" || (is_among(by_caustic_map, method) && !without);
   if (by_either) {
     const PilotFindings found = run_pilot(context);

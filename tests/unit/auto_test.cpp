@@ -287,10 +287,10 @@ TEST(AutoChoice, LooksForTheCausticsOfASunBesideASky) {
 // Most light is that of a lamp in a ball of glass, a hundredth of its size, which no path of a pilot meets. Beside it they see
 // a dim lamp, behind the ball too, or not there, or a sky.
 TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
-  enum class Dim { above, aside, sky };
-  const auto scene = [](Dim dim) {
+  enum class Dim { above, aside, sky, none };
+  const auto scene = [](Dim dim, const Material& floor) {
     SceneBuilder b("bulb");
-    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(floor));
     const auto black = b.material(Diffuse{Rgb(0)});
     b.quadric(Sphere{{0, 1, 0}, 0.001f}, black, Rgb(1e6f));
     b.quadric(Sphere{{0, 1, 0}, 0.2f}, b.material(Dielectric{.eta = 1.5f}));
@@ -301,7 +301,7 @@ TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
     return b.finish();
   };
   for (const Dim dim : {Dim::above, Dim::aside, Dim::sky}) {
-    SceneContext stage(scene(dim), {32, 32}, 1);
+    SceneContext stage(scene(dim, Diffuse{Rgb(0.5f)}), {32, 32}, 1);
     stage.context.effort = {4};
     with_threads(2, [&] {
       const PilotFindings findings = run_pilot(stage.context);
@@ -309,6 +309,16 @@ TEST(AutoChoice, BringsALampBehindGlassBesideDimLight) {
       EXPECT_EQ(choose_method(stage.context, findings).name, "cppm") << static_cast<int>(dim) << ' ' << findings.caustic_hits;
       EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it"), std::string::npos) << static_cast<int>(dim);
       EXPECT_TRUE(caustics_need_photons(stage.context, findings, enough_hits_of_records)) << static_cast<int>(dim);
+    });
+  }
+  // Without other light a path finds none at all, which is no image without noise.
+  for (const Material& floor :
+       {Material(Plastic{.reflectance = Rgb(0.5f)}), Material(Plastic{.reflectance = Rgb(0.5f), .alpha = 0.3f})}) {
+    SceneContext stage(scene(Dim::none, floor), {32, 32}, 1);
+    stage.context.effort = {4};
+    with_threads(2, [&] {
+      EXPECT_EQ(choose_method(stage.context, run_pilot(stage.context)).name, "cppm");
+      EXPECT_NE(light_out_of_reach(stage.context, "path").find("path leaves it"), std::string::npos);
     });
   }
 }

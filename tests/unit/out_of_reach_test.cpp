@@ -38,6 +38,25 @@ TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
   EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular
 }
 
+// A lamp in a ball of frosted glass: what is nearly smooth casts caustics as smooth glass does.
+TEST(LightOutOfReach, IsToldOfFrostedGlassThatIsNearlySmooth) {
+  const auto told = [](float alpha, const char* method) {
+    SceneBuilder b("bulb");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    b.quadric(Sphere{{0, 1, 0}, 0.001f}, b.material(Diffuse{Rgb(0)}), Rgb(1e6f));
+    b.quadric(Sphere{{0, 1, 0}, 0.2f}, b.material(Dielectric{.eta = 1.5f, .alpha = alpha}));
+    b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {32, 32});
+    SceneContext stage(b.finish(), {32, 32}, 1);
+    std::string text;
+    with_threads(2, [&] { text = light_out_of_reach(stage.context, method, {}); });
+    return text;
+  };
+  for (const char* method : {"path", "guided", "irradiance-cache", "hash-cache"}) {
+    EXPECT_NE(told(0.003f, method).find("cppm brings it"), std::string::npos) << method;
+    EXPECT_EQ(told(0.5f, method), "") << method;
+  }
+}
+
 TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   const auto told = [](const std::string& scene, const std::string& method, const ParamMap& params = {}) {
     SceneContext stage(load_scene(scene), {64, 64}, 1);
