@@ -153,7 +153,7 @@ void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {
 Expectation Vcm::expectation() const {
   if (merges_vertices_) {
     const double alpha = params_.alpha;
-    return {alpha < 1 ? Bias::consistent : Bias::biased, -std::min(alpha, 2 - 2 * alpha), 0.02,
+    return {alpha < 1 ? Bias::consistent : Bias::biased, progressive_exponent(alpha), 0.02,
             "blur within the merging radius, which shrinks ([Knaus2011]); paths that need no merging converge as N^-1"};
   }
   if (setting_ == Setting::light_trace && specular_)

@@ -44,7 +44,9 @@ void RecordCache::start(const RenderContext& context, const CacheSettings& setti
   wanted_.assign(seen.size(), {});
   if (rough_) wanted_rough_.assign(seen.size(), {});
   cached_ = CachedLight(context.resolution, context.states_error, 0, has_signed_filter(context));
-  shares_ = SampleShares(context.resolution, extra_samples, progress_.refines ? standing_.first_round() : 0, progress_.refines);
+  // Samples out of their sequence's order could weigh less than nothing in all, where a filter has negative parts.
+  shares_ = SampleShares(context.resolution, has_signed_filter(context) ? 0 : extra_samples,
+                         progress_.refines ? standing_.first_round() : 0, progress_.refines);
   if (progress_.refines) stated_.assign(seen.size(), -1);
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), shares_levels());
 }
@@ -193,6 +195,7 @@ void RecordCache::write(ByteWriter& body) const {
 void RecordCache::read(const RenderContext& context, ByteReader& body) {
   const bool one_level = context.max_depth(asked_depth_) > shared_above;
   standing_.read(body);
+  if (standing_.first_round() > 0) refuse_signed_filter(context, body);
   saved_ = read_levels(body, one_level, IrradianceEstimate{});
   if (rough_) rough_->read(context, body, one_level);
 }

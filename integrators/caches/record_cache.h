@@ -59,7 +59,8 @@ struct CacheParams : RecordParams {
 template <class Visitor>
 void describe_cache(Visitor& v, CacheParams& p) {
   v.choice("metric", p.metric,
-           "how far a record serves, from what its hemisphere saw; split-sphere and tabellion know no spacings");
+           "how far a record serves, from what its hemisphere saw; split-sphere and tabellion know no spacings, Hessians "
+           "min_spacing alone");
   describe_records(v, p);
   v.choice("gradients", p.gradients,
            "with which records are extrapolated: both adds translation; mesh takes that from the mesh of samples");

@@ -139,8 +139,7 @@ void HashCache::make_grid(const RenderContext& context) {
 }
 
 void HashCache::read(const RenderContext& context, ByteReader& body) {
-  if (has_signed_filter(context))
-    body.refuse("goes on in the middle of the samples, which a pixel filter with negative parts (mitchell, sinc) cannot");
+  refuse_signed_filter(context, body);
   constexpr std::uint32_t most_samples = 1u << 30;  // so that adding iterations does not wrap
   if (body.take(samples_); samples_ > most_samples) body.refuse("more iterations than can be");
   make_grid(context);
@@ -206,7 +205,7 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
   const SurfacePoint& point = *met;
   const vec3 wo = -ray.direction, normal = towards(point.shading_normal, point.shading_normal, wo);
   const Bsdf bsdf(context.scene, point);
-  const bool diffuse = bsdf.is_diffuse() && shows_one_side(point, wo);
+  const bool diffuse = bsdf.is_diffuse() && takes_records(point, wo);
   const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
   const Onward next = diffuse ? onward(state, point.position, normal, albedo, depth, pixel) : Onward::follows;
   Rgb& found = state.asked ? pixel.found : pixel.radiance;

@@ -298,8 +298,9 @@ void PathSpaceGrid::read(ByteReader& in, int depths) {
       Key at;
       PlaneMoments cell;
       transfer([&](auto& value) { in.take(value); }, at, cell);
+      constexpr int farthest = 1 << 30;  // infinite planes reach beyond the scene's bounds
       const bool inside =
-          glm::all(glm::greaterThanEqual(at.cell, glm::ivec3(0))) && glm::all(glm::lessThan(at.cell, glm::ivec3(2 << level)));
+          glm::all(glm::greaterThan(at.cell, glm::ivec3(-farthest))) && glm::all(glm::lessThan(at.cell, glm::ivec3(farthest)));
       const std::uint32_t longest = normals * static_cast<std::uint32_t>(depths);
       if (!inside || at.tag >= longest || at.tag % normals == no_normal || !cell.is_valid())
         in.refuse("a cell holds what none can");

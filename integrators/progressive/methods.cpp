@@ -10,9 +10,6 @@ namespace {
 
 constexpr double bytes_a_pixel = 60;  // of statistics
 
-// MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))
-// ([Kaplanyan2013]; alpha = 2/3 balances them). alpha = 1: the radius stays, and so does the bias.
-double progressive_exponent(double alpha) { return alpha < 1 ? -std::min(alpha, 2 * (1 - alpha)) : -1; }
 Bias vanishing_below_one(float alpha) { return alpha < 1 ? Bias::consistent : Bias::biased; }
 
 // The policy is made of the initial radii and of `rule`.

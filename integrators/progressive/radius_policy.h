@@ -103,6 +103,10 @@ inline float memoryless_shrinkage(std::uint32_t pass, double alpha) {
   return static_cast<float>(math::exp(0.5 * (math::lgamma(n + alpha) - math::lgamma(1 + alpha) - math::lgamma(n + 1))));
 }
 
+// MSE exponent of radii that shrink as r^2 ~ n^(alpha - 1): variance ~ n^-alpha against bias^2 ~ n^(-2 (1 - alpha))
+// ([Kaplanyan2013]; alpha = 2/3 balances them). alpha = 1: the radius stays, and so does the bias.
+inline double progressive_exponent(double alpha) { return alpha < 1 ? -std::min(alpha, 2 * (1 - alpha)) : -1; }
+
 class MemorylessRadius {
  public:
   using Observed = PhotonCount;

@@ -1,5 +1,7 @@
 #include "integrators/caches/records/cache_file.h"
 
+#include "integrators/paths/path.h"
+
 #include <etendue_build.h>
 #include <fmt/format.h>
 #include <xxhash.h>
@@ -19,6 +21,11 @@ std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data()
 }  // namespace
 
 void ByteReader::refuse(const std::string& what) const { throw Error(where_, "this cache is damaged: " + what); }
+
+void refuse_signed_filter(const RenderContext& context, const ByteReader& body) {
+  if (has_signed_filter(context))
+    body.refuse("it goes on in the middle of the samples, which a pixel filter with negative parts (mitchell, sinc) cannot");
+}
 
 std::string_view ByteReader::take_bytes(std::size_t count) {
   if (count > left_.size()) refuse(fmt::format("{} bytes expected where {} are left", count, left_.size()));

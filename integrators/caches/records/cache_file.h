@@ -80,6 +80,10 @@ class ByteReader {
   Location where_;
 };
 
+// A cache that goes on in the middle of its pixels' samples: where a filter has negative parts, these weigh less than nothing
+// without the first ones.
+void refuse_signed_filter(const RenderContext& context, const ByteReader& body);
+
 using ParamTexts = std::map<std::string, std::string>;
 
 // Writes every value as text that the command line reads back to the same bits.

@@ -68,7 +68,7 @@ ValidityRadius metric_radius(CacheMetric metric, const IrradianceEstimate& estim
 // record is given the same integral of relative error, hence R = (4 error / (pi lambda))^(1/4), with one lambda for each axis
 // of the ellipse.
 //
-// That error has the unit of an area; here it is (accuracy^2 c D)^2 with D the scene's diagonal, so that spacings go with the
+// That error has the unit of an area; here it is (accuracy^2 c^2 D)^2 with D the scene's diagonal, so that spacings go with the
 // accuracy as in the other metrics. For the metrics of [Jarosz2012] `relative` is to the irradiance pi of unit radiance: the
 // radiometric one is of absolute error, so that twice the light makes more records.
 ValidityRadius hessian_radius(const TangentMatrix& relative, const Frame& frame, const MetricContext& context);
