@@ -106,6 +106,18 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
   return findings;
 }
 
+namespace {
+
+// Of the last run, or of a whole one before it: a run with a filter may end where that one was stopped.
+std::uint64_t planned_cells(const RunLog& log) {
+  std::uint64_t cells = log.plans.empty() ? 0 : log.plans.back().cells;
+  for (const PlanRecord& plan : log.plans)
+    if (plan.filter.empty() && plan.shards == 1) cells = std::max<std::uint64_t>(cells, plan.cells);
+  return cells;
+}
+
+}  // namespace
+
 std::vector<std::string> missing_parts(const std::vector<RunLog>& logs, const std::vector<std::string>& directories,
                                        bool shards) {
   std::vector<std::string> findings;
@@ -121,11 +133,11 @@ std::vector<std::string> missing_parts(const std::vector<RunLog>& logs, const st
       findings.push_back(fmt::format(
           "{}: the run has not finished, or its log was cut short: {}{} cells are there; the same `etendue run` goes on",
           directories[i], log.cell_count(), planned));
-    } else if (!log.plans.empty() && log.cell_count() < log.plans.back().cells) {
+    } else if (const std::uint64_t planned = planned_cells(log); log.cell_count() < planned) {
       findings.push_back(
-          fmt::format("{}: lines of its log are missing: {} of {} cells are there; the same `etendue run` makes "
-                      "the others again",
-                      directories[i], log.cell_count(), log.plans.back().cells));
+          fmt::format("{}: a run before was stopped, or lines of its log are missing: {} of {} cells are there; the same "
+                      "`etendue run` makes the others",
+                      directories[i], log.cell_count(), planned));
     }
     for (const PlanRecord& plan : log.plans) {
       Shards& run = runs[{plan.experiment_hash, plan.filter, plan.shards}];

@@ -1,5 +1,6 @@
 #include "experiments/report/rates.h"
 
+#include "experiments/report/reference_noise.h"
 #include "experiments/report/report_text.h"
 
 #include <fmt/format.h>
@@ -38,7 +39,7 @@ JudgedPrediction judged(const FittedRate& rate) {
   row.measure(fit.exponent, fit.exponent_interval);
   row.marks = fmt::format("{}{}", rate.seeds < enough_seeds ? " †" : "", is_wide(rate) ? " ‡" : "");
   // What noise left above zero says nothing of what was below.
-  if (fit.dropped > 0 && row.verdict) row.verdict = Verdict::undecided;
+  if ((fit.dropped > 0 || rate.holds_noise) && row.verdict) row.verdict = Verdict::undecided;
   row.details.emplace_back("points", fit.dropped == 0
                                          ? TableCell(fit.points)
                                          : TableCell(static_cast<double>(fit.points),
@@ -149,6 +150,9 @@ Predictions exponent_predictions(const std::vector<FittedRate>& rates) {
     predictions.notes.push_back(
         "Of points in the window that are not above zero there is no logarithm: a fit to the others is too flat, and "
         "undecided.");
+  if (std::ranges::any_of(rates, &FittedRate::holds_noise))
+    predictions.notes.push_back(std::string(noise_left_in_regions) +
+                                " An exponent there is too flat where that noise is not small, and undecided.");
   const auto intervals =
       std::ranges::count_if(rates, [](const FittedRate& rate) { return rate.fit && rate.fit->exponent_interval; });
   predictions.notes.push_back(

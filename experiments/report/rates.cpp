@@ -164,6 +164,7 @@ FittedRate make_rate(const Prediction& law, const SceneData& scene, const Config
   rate.law = &law;
   rate.scene = scene.name;
   rate.method = alone ? law.method : first.shown_integrator;
+  rate.holds_noise = !law.region.empty() && law.metric != "variance" && scene.reference && scene.reference->mse_floor > 0;
   try {
     rate.points = gather();
     fit_points(rate);

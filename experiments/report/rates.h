@@ -20,6 +20,7 @@ struct FittedRate {
   std::vector<RatePoint> points;  // all that were logged, by x, within the law's window or not
   std::optional<RateFit> fit;
   std::string problem;  // why there is no fit
+  bool holds_noise = false;  // of the reference, which is known of the whole image and not of a region
 };
 
 // There is one for each law, scene and configuration, in the order of the laws. They keep pointers into the log.

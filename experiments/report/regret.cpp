@@ -137,11 +137,12 @@ Table losses_table(const std::vector<Loss>& losses) {
 
 constexpr double most_drawn = 100;
 
-// A panel a time, a row a scene, a mark a method: what the choice is among, and where it fell.
+// A panel a time, a row a scene, a mark a method: where the choice fell, and in grey what it is among.
 Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Loss>& losses) {
+  constexpr std::size_t blue = 0, black = 6;  // of the charts' palette
   Figure figure{.name = "regret", .title = "Error over the least of all methods"};
   for (const double share : time_shares) {
-    Chart chart{.x = {"error over the least at that time", Scale::log}, .y = {"", Scale::linear}};
+    Chart chart{.x = {"error over the least", Scale::log, Interval{0.5, most_drawn}}, .y = {"", Scale::linear}};
     std::map<std::string, ChartSeries> series;
     Interval times{infinity, 0};  // of scenes, whose runs may have lasted differently
     for (const Contest& contest : contests) {
@@ -156,14 +157,15 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
     if (chart.rows.empty()) continue;
     chart.title = format_seconds(times.low);
     if (const std::string last = format_seconds(times.high); last != chart.title) chart.title += " to " + last;
-    for (const bool choice : {false, true})  // the choice lies above the rest
-      for (std::size_t i = 0; i < losses.size(); ++i) {
-        if (losses[i].chooses != choice) continue;
-        ChartSeries& marks = chart.series.emplace_back(std::move(series[losses[i].name]));
-        marks.key = losses[i].name;
-        marks.label = losses[i].shown;
+    for (const bool choice : {true, false})
+      for (const Loss& loss : losses) {
+        if (loss.chooses != choice) continue;
+        ChartSeries& marks = chart.series.emplace_back(std::move(series[loss.name]));
+        marks.key = choice ? loss.name : "others";
+        marks.label = choice ? loss.shown : "each other method";
+        marks.detail = choice ? "" : loss.shown;
         marks.draw = choice ? ChartSeries::Draw::dots : ChartSeries::Draw::faint;
-        marks.style(i);
+        marks.colour = choice ? blue : black;
       }
     figure.panels.push_back(std::move(chart));
   }

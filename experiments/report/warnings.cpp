@@ -32,16 +32,18 @@ std::vector<const Configuration*> one_per_integrator(const SceneData& scene) {
 }
 
 void warn_of_references(const ReportData& data, Warnings& warnings) {
+  for (const ReferenceRecord& reference : data.log->references) {
+    if (!knows_variance(reference))
+      warn(warnings, "{}: nobody knows the variance of the reference, {}: none is subtracted, and no bias is judged by it.",
+           reference.scene, reference.source);
+    if (reference.checks.find(undecided) != std::string::npos)
+      warn(warnings, "{}: the reference is unproven; {}.", reference.scene, reference.checks);
+  }
   for (const SceneData& scene : data.scenes) {
     if (scene.reference == nullptr) {
       if (!scene.finished().empty()) warn(warnings, "{}: the log holds no reference record.", scene.name);
       continue;
     }
-    if (!knows_variance(*scene.reference))
-      warn(warnings, "{}: nobody knows the variance of the reference, {}: none is subtracted, and no bias is judged by it.",
-           scene.name, scene.reference->source);
-    if (scene.reference->checks.find(undecided) != std::string::npos)
-      warn(warnings, "{}: the reference is unproven; {}.", scene.name, scene.reference->checks);
     if (const double share = floor_share(scene); share > floor_share_limit)
       warn(warnings,
            "{}: the reference's own variance ({}) is {} % of the smallest mean squared error drawn; it should stay below {} %. "
@@ -208,8 +210,10 @@ void warn_of_runs(const ReportData& data, Warnings& warnings) {
     if (record.disagreements > 0)
       warn(warnings, "{}: {} gave {} wrong answers to {} rays.", record.scene, record.structure, record.disagreements,
            record.checked);
-  std::set<std::tuple<std::string, std::string, int, std::string, std::string>> machines;
-  for (const ManifestRecord& m : data.log->manifests) machines.emplace(m.cpu, m.isa, m.threads, m.commit, m.flags);
+  // The name alone does not tell a processor: virtual machines hide it.
+  std::set<std::tuple<std::string, int, int, std::string, int, std::string, std::string>> machines;
+  for (const ManifestRecord& m : data.log->manifests)
+    machines.emplace(m.cpu, m.cpu_family, m.cpu_model, m.isa, m.threads, m.commit, m.flags);
   if (machines.size() > 1)
     warn(warnings, "{} different machines, instruction sets, thread counts or builds are merged here: compare times with care.",
          machines.size());

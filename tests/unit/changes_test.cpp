@@ -175,5 +175,14 @@ TEST(Changes, TablesOfOneLogAloneAreLeftOut) {
   EXPECT_TRUE(compare_tables({}, std::vector{table_of({{"path", 1, 1, 1}})}).empty());
 }
 
+// Rows that numbers alone tell apart, such as sizes of one set: without one of them no row can be told from the next.
+TEST(Changes, RowsOfOneNameAreComparedWhereNoneIsMissing) {
+  const std::vector<Table> then{table_of({{"grid", 1, 0.9, 1.1}, {"grid", 10, 9, 11}, {"tree", 1, 0.9, 1.1}})},
+      now{table_of({{"grid", 10, 9, 11}, {"tree", 2, 1.9, 2.1}})};
+  const auto changes = compare_tables(then, now);
+  ASSERT_EQ(changes.size(), 1u);
+  EXPECT_EQ(changes[0].row, "tree");
+}
+
 }  // namespace
 }  // namespace etendue

@@ -102,6 +102,7 @@ TEST(Quotes, RowsAreCountedAndTheirExtremesTaken) {
   EXPECT_EQ(figure("count first/verdicts [confirmed, metric=a]"), "1");
   EXPECT_EQ(figure("count first/verdicts [not remedy=]"), "1");
   EXPECT_EQ(figure("count first/verdicts [no such]"), "0");
+  EXPECT_NE(problem("<!--= count first/verdicts [not remdey=] --><!--/-->").find("'remdey=' in verdicts"), std::string::npos);
   EXPECT_EQ(figure("least first/final relmse [box] as .1e"), "2.4e-04");
   EXPECT_EQ(figure("most first/final relmse [path]"), "0.12");
   EXPECT_EQ(figure("most first/losses worst [not no image]"), "1.5");

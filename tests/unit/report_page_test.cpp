@@ -324,6 +324,15 @@ TEST_F(Report, LinesThatALogHasLostAreFound) {
   const auto findings = write_report({whole}, out()).findings;
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_NE(findings[0].find("lines of its log are missing"), std::string::npos) << findings[0];
+  // A run with a filter that ended where the whole one was stopped.
+  const std::string filtered = directory("filtered", log);
+  const std::uint64_t cells = log.cells.size();
+  LogWriter((fs::path(filtered) / "runs.jsonl").string())
+      .append({to_json_line(PlanRecord{"hash", "", 0, 1, cells + 9, cells + 9}),
+               to_json_line(PlanRecord{"hash", "sppm", 0, 1, 1, 1}), finished_line()});
+  const auto stopped = write_report({filtered}, out()).findings;
+  ASSERT_EQ(stopped.size(), 1u);
+  EXPECT_NE(stopped[0].find(fmt::format("{} of {} cells are there", cells, cells + 9)), std::string::npos) << stopped[0];
 }
 
 TEST_F(Report, ImagesBeyondTheBudgetLieBesideThePage) {

@@ -133,6 +133,9 @@ TEST(Warnings, TimesOfDifferentInstructionSetsAreTold) {
   EXPECT_FALSE(told(log));
   log.manifests[1].isa = "AVX-512";
   EXPECT_TRUE(told(log));
+  log.manifests[1].isa = log.manifests[0].isa;
+  log.manifests[1].cpu_family = 26;
+  EXPECT_TRUE(told(log)) << "under the same name";
 }
 
 }  // namespace

@@ -153,5 +153,17 @@ TEST(StressFigures, TailsAreOfNoiseNotOfBias) {
   EXPECT_EQ(image_tails({reference, reference}, Image({20, 10}))[0], 0) << "nor a reference";
 }
 
+// A bias that may lie on either side of 0 has one threshold whatever its sign.
+TEST(Sweep, BoundsOnBothSidesOfZeroHaveOneUnit) {
+  const SweepRange range{1, 64};
+  const Expected small{-0.05, 0.05};
+  double found[2];
+  for (const int sign : {0, 1}) {
+    const auto points = sweep(range, 4, small, [&](double x) { return std::vector<double>{(sign ? -0.01 : 0.01) * x}; });
+    found[sign] = range.at(threshold_of(points, small).t);
+  }
+  EXPECT_DOUBLE_EQ(found[0], found[1]);
+}
+
 }  // namespace
 }  // namespace etendue

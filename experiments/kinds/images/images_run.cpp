@@ -105,8 +105,8 @@ class Execution {
   void narrate_resumption() {
     narrate_skipped(plan_, summary_.skipped, observer_);
     for (const ManifestRecord& other : directory_.earlier().manifests)
-      if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.isa != manifest_.isa ||
-          other.flags != manifest_.flags)
+      if (other.commit != manifest_.commit || other.cpu != manifest_.cpu || other.cpu_family != manifest_.cpu_family ||
+          other.cpu_model != manifest_.cpu_model || other.isa != manifest_.isa || other.flags != manifest_.flags)
         observer_.narrate(fmt::format("{}: some cells were run by {} on {} with {}; --fresh runs all of them alike",
                                       plan_.directory, other.commit, other.cpu, other.isa));
   }

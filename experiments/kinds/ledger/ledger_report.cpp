@@ -139,8 +139,14 @@ bool is_noisy(const Decision& decision) {
 }
 
 // What the reference's noise has to do with the ratios; none where references have none.
-std::vector<std::string> noise_notes(const std::vector<Decision>& decisions) {
-  std::vector<std::string> notes, scenes;
+std::vector<std::string> noise_notes(const std::vector<Decision>& decisions, const RunLog& log) {
+  std::vector<std::string> notes, scenes, unknown;
+  for (const Decision& decision : decisions)
+    if (!reference_noise(log.reference(decision.scene()), "relmse")) index_in(unknown, decision.scene());
+  if (!unknown.empty())
+    notes.push_back(
+        fmt::format("Nobody knows the noise of the references of {}: errors hold it, which brings ratios nearer to 1.",
+                    enumerate(unknown, ", ", 6)));
   if (std::ranges::any_of(decisions, [](const Decision& d) { return d.record->relmse_floor > 0; }))
     notes.emplace_back(noise_taken_off);
   for (const Decision& decision : decisions)
@@ -185,7 +191,7 @@ Table components_table(const RunLog& log, const std::vector<Decision>& decisions
       "less and the other takes less time; costs nothing: error and time are within 5 %; no gain: nor loss of time to the same "
       "error beyond noise and 5 %, though error and time may differ each. The first three are held to a level at which all "
       "decisions together err in one of twenty logs, what costs nothing to intervals of 95 % each.");
-  for (const std::string& note : noise_notes(decisions)) table.note(note);
+  for (const std::string& note : noise_notes(decisions, log)) table.note(note);
   return table.take(failed_cells<LedgerRecord>(log));
 }
 
@@ -214,7 +220,7 @@ Table decisions_table(const std::vector<Decision>& decisions, const RunLog& log)
   table.note(
       "Geometric means over seeds with 95 % intervals: relMSE at equal iterations, and processor time on one thread. Time to "
       "error: error^(-1 / e) times time, e the exponent at which the method's MSE falls with iterations.");
-  for (const std::string& note : noise_notes(decisions)) table.note(note);
+  for (const std::string& note : noise_notes(decisions, log)) table.note(note);
   Table result = table.take();
   for (const LedgerRecord* record : done_records_of<LedgerRecord>(log))
     if (!record->inapplicable.empty())

@@ -16,10 +16,13 @@ namespace {
 
 constexpr int coarse_depth = 2;  // quarters
 
-// How far a figure lies beyond its bound: positive where it fails. A positive figure is infinitely far from a bound of 0.
+// How far a figure lies beyond its bound: positive where it fails. A positive figure is infinitely far from a bound of 0. Where
+// the bounds lie on both sides of 0 the distance is a difference, else that of logarithms, so that both bounds have one unit.
 double excess(double value, const Expected& holds) {
-  const auto beyond = [](double larger, double smaller) {
+  const bool straddles = std::isfinite(holds.low) && holds.low < 0 && std::isfinite(holds.high) && holds.high > 0;
+  const auto beyond = [straddles](double larger, double smaller) {
     if (!std::isfinite(larger) || !std::isfinite(smaller)) return larger > smaller ? 1e300 : -1e300;
+    if (straddles) return larger - smaller;
     if (larger > 0 && smaller > 0) return std::log(larger / smaller);
     return larger == 0 && smaller > 0 ? -1e300 : larger - smaller;
   };

@@ -130,13 +130,14 @@ std::vector<FigureChange> compare_tables(std::span<const Table> then, std::span<
   for (const Table& table : now) {
     const auto before = std::ranges::find_if(then, [&](const Table& t) { return t.name == table.name; });
     if (before == then.end()) continue;
-    const NamedRows rows = rows_by_name(*before);
+    const NamedRows rows = rows_by_name(*before), rows_now = rows_by_name(table);
     std::map<std::string, std::size_t> seen;
     for (const auto& row : table.rows) {
       const std::string name = row_name(table, row);
       const std::size_t nth = seen[name]++;
       const auto same = rows.find(name);
-      if (same == rows.end() || nth >= same->second.size()) continue;
+      // Rows that only numbers tell apart are paired in order, which says nothing where one of them is missing.
+      if (same == rows.end() || same->second.size() != rows_now.at(name).size()) continue;
       for (const FigureColumns& columns : figure_columns(table))
         for (const FigureColumns& old : figure_columns(*before)) {
           if (old.key != columns.key || !same_time(old.key, table, row, *before, *same->second[nth])) continue;

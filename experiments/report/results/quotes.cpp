@@ -127,7 +127,19 @@ bool has_word(const Table& table, const std::vector<TableCell>& row, std::string
   return std::ranges::any_of(row, [&](const TableCell& cell) { return is_named(cell, word) || has_part(cell); });
 }
 
+// Throws Error where a word KEY=TEXT is neither of a column nor a part of any row: a slip behind "not" would choose all.
+void check_words(const Table& table, const Words& words) {
+  for (std::string_view word : words) {
+    if (word.starts_with("not ")) word.remove_prefix(4);
+    const std::size_t equals = word.find('=');
+    if (equals == std::string_view::npos || column_of(table, word.substr(0, equals)) || table.rows.empty()) continue;
+    if (std::ranges::none_of(table.rows, [&](const auto& row) { return has_word(table, row, word); }))
+      throw Error(fmt::format("'{}' in {}; expected a column's name before '=', or a part of a row", word, table.name));
+  }
+}
+
 std::vector<const std::vector<TableCell>*> rows_with(const Table& table, const Words& words) {
+  check_words(table, words);
   std::vector<const std::vector<TableCell>*> found;
   for (const auto& row : table.rows)
     if (std::ranges::all_of(words, [&](const std::string& word) { return has_word(table, row, word); })) found.push_back(&row);
