@@ -6,6 +6,7 @@
 #include "experiments/run/run.h"
 #include "framework/core/isa.h"
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,9 @@ struct RunCommand {
   bool dry_run = false;
 };
 int run_command(const RunCommand& command);
+// The experiments that can be named alone ("first-light"), with their files: in experiments/ of the working directory, of the
+// source tree beside the program's build directory, or of an installed program's share/etendue; the first of a name counts.
+std::map<std::string, std::string> experiment_files();
 // The failure map, experiments/stress.toml: `run` on it, wherever it is called from.
 int stress_command(RunCommand command);
 

@@ -8,8 +8,10 @@
 #include "experiments/kinds/ledger/ledger_decisions.h"
 #include "experiments/kinds/stress/stress_figures.h"
 #include "experiments/report/report_text.h"
+#include "experiments/report/results/results.h"
 #include "framework/image/metrics.h"
 #include "framework/io/load_scene.h"
+#include "framework/io/text.h"
 #include "framework/scene/motion.h"
 #include "integrators/registry.h"
 
@@ -80,6 +82,12 @@ Entries entries_of(const Rows& rows, Text text) {
   return entries;
 }
 
+Entries experiment_entries() {
+  Entries entries;
+  for (const auto& [name, file] : experiment_files()) entries.push_back({name, question_of(read_file(file))});
+  return entries;
+}
+
 struct Section {
   std::string name, title;
   Entries entries;
@@ -101,7 +109,8 @@ std::vector<Section> list_sections() {
       {"decisions", "decisions that the program makes from a scene, of the ledger",
        entries_of(ledger_decisions(), &LedgerDecision::text)},
       {"edits", "changes of a scene that switch what no parameter does, of the ledger",
-       entries_of(ledger_edits(), &LedgerEdit::text)}};
+       entries_of(ledger_edits(), &LedgerEdit::text)},
+      {"experiments", "experiments, which `etendue run NAME` runs", experiment_entries()}};
 }
 
 // What goes by that name, wherever it stands; false if nothing does.

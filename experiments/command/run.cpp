@@ -60,23 +60,25 @@ void print_files(const std::vector<std::string>& files, Console& console) {
 
 }  // namespace
 
-namespace {
-
-// The file of an experiment that is named alone ("first-light"): it lies in experiments/ of the working directory, of the
-// source tree beside the program's build directory, or of an installed program's share/etendue. Throws Error with the nearest
-// names.
-std::string find_experiment(const std::string& name) {
+std::map<std::string, std::string> experiment_files() {
   std::error_code ignored;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
-  std::vector<std::string> names;
+  std::map<std::string, std::string> files;
   for (const std::filesystem::path& place :
-       {std::filesystem::path(), program, program.parent_path(), program.parent_path() / "share/etendue"}) {
-    const std::filesystem::path file = place / "experiments" / (name + ".toml");
-    if (std::filesystem::is_regular_file(file, ignored)) return file.string();
+       {std::filesystem::path(), program, program.parent_path(), program.parent_path() / "share/etendue"})
     for (const auto& entry : std::filesystem::directory_iterator(place / "experiments", ignored))
-      if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
-  }
-  std::ranges::sort(names);
+      if (entry.path().extension() == ".toml") files.emplace(entry.path().stem().string(), entry.path().string());
+  return files;
+}
+
+namespace {
+
+// Throws Error with the nearest names.
+std::string find_experiment(const std::string& name) {
+  const std::map<std::string, std::string> files = experiment_files();
+  if (const auto found = files.find(name); found != files.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& file : files) names.push_back(file.first);
   throw Error(Location{"run"},
               unknown_name("experiment", name, names) + "; expected a .toml file, or the name of one in experiments/");
 }

@@ -21,6 +21,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <algorithm>
+#include <mutex>
 
 namespace etendue {
 namespace {
@@ -131,6 +132,9 @@ Budget budget_of(const std::optional<std::uint64_t>& samples, const py::object& 
   return budget;
 }
 
+// Counters, by which a pilot and `auto` go, are the process's: what several Python threads render takes turns.
+std::mutex rendering;
+
 py::dict render(const LoadedScene& scene, const py::object& integrator_value, const py::object& accel_value,
                 const std::optional<std::uint64_t>& samples, const py::object& time, std::uint64_t seed,
                 const std::optional<std::pair<int, int>>& size, const std::optional<int>& thread_count) {
@@ -145,6 +149,7 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
   CellResult result;
   {
     const py::gil_scoped_release unlocked;
+    const std::lock_guard alone(rendering);
     result = run_cell(task);
   }
   if (result.stopped) throw py::error_already_set();
@@ -200,6 +205,7 @@ template <class Work>
 auto unlocked(PythonObserver& observer, const Work& work) {
   {
     const py::gil_scoped_release released;
+    const std::lock_guard alone(rendering);
     try {
       return work();
     } catch (const Interrupted&) {
