@@ -14,9 +14,9 @@ namespace etendue {
 
 namespace {
 
-// The layout that traces fastest: with vectors of eight and more, sixteen children for meshes, whose packs take half the memory
-// of narrower ones, and for triangles so few that they mostly fit in a few packs, which are tested whole. (For numbers between,
-// any layout needs two or three visits, which cost less with narrower nodes.)
+// The layout that traces fastest. With vectors of eight and more that is the one of sixteen children for meshes, whose packs
+// then take half the memory of narrower ones, and for so few triangles that they mostly fit in a few packs, which are tested
+// whole. (For numbers between, any layout needs two or three visits, which cost less with narrower nodes.)
 std::string resolved_layout(const std::string& layout, const Scene& scene) {
   if (layout != "auto") return layout;
   constexpr std::uint32_t few = 48, mesh = 4096;

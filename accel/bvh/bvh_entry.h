@@ -14,7 +14,7 @@
 
 namespace etendue {
 
-// What a layout asks of a builder beyond its own parameters.
+// Holds what a layout asks of a builder beyond its own parameters.
 struct TreeTask {
   int leaf_size = TreeLimits().leaf_size;
   const Geometry* geometry = nullptr;     // whose primitives the items are; null: boxes of instances

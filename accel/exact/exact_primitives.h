@@ -15,9 +15,9 @@
 
 namespace etendue {
 
-// Where single precision may put the vertices of a mesh. It rounds each by itself, so a vertex lies at one place for all the
-// triangles that have it. Lengths are spread over powers of two: a crack beside a vertex opens where that moves less than what
-// lies farther along.
+// The places where single precision may put the vertices of a mesh. It rounds each by itself, so a vertex lies at one place for
+// all the triangles that have it. Lengths are spread over powers of two: a crack beside a vertex opens where that moves less
+// than what lies farther along.
 struct VertexRounding {
   double distance = 0;  // along each axis, at most
   std::uint64_t key = 0;
@@ -44,7 +44,7 @@ struct ExactRay {
   bool in_range(double t) const { return t > t_min && t <= t_max; }
 };
 
-// Where a ray crosses a surface.
+// The place where a ray crosses a surface.
 struct ExactCrossing {
   double t;
   dvec3 normal;  // not normalised

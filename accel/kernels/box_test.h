@@ -26,7 +26,7 @@ inline vec3 slab_reciprocal(const vec3& direction) {
   return reciprocal;
 }
 
-// What the test needs of a ray.
+// Holds what the test needs of a ray.
 struct SlabRay {
   vec3 origin, reciprocal, padded_reciprocal;  // padded: for far planes
   float t_min;
@@ -46,8 +46,8 @@ struct SlabRay {
   bool is_negative(int axis) const { return negative >> axis & 1; }
 };
 
-// By signs of a direction: which of a box's six planes are the near and the far ones of each axis, each `stride` floats after
-// the one before, in the order lower x, y, z, upper x, y, z.
+// Tells by the signs of a direction which of a box's six planes are the near and the far ones of each axis, each `stride`
+// floats after the one before, in the order lower x, y, z, upper x, y, z.
 struct PlanePlaces {
   std::uint32_t near[3], far[3];
 };
@@ -66,8 +66,8 @@ inline constexpr auto plane_places = [] {
 template <class Lanes, int stride>
 class BoxTest {
  public:
-  // What the planes of an axis take from the ray. Far distances are padded by padding the reciprocals they are multiplied with,
-  // which takes no step of its own.
+  // Holds what the planes of an axis take from the ray. Far distances are padded by padding the reciprocals they are multiplied
+  // with, which takes no step of its own.
   struct Axis {
     Lanes origin, reciprocal, padded_reciprocal;
     [[gnu::always_inline]] Lanes near(const Lanes& planes) const { return (planes - origin) * reciprocal; }

@@ -1,5 +1,5 @@
-// What is left of a triangle between axis-parallel planes ([Sutherland1974]), in double precision: its rounding is far below
-// the slack with which cells list what touches them (cell_slack).
+// The part of a triangle between axis-parallel planes ([Sutherland1974]), in double precision: its rounding is far below the
+// slack with which cells list what touches them (cell_slack).
 #pragma once
 
 #include "framework/core/vec.h"
@@ -9,9 +9,9 @@
 
 namespace etendue {
 
-// By how much a structure that subdivides space enlarges its cells when it lists what touches them. A ray and the triangle that
-// the watertight test says it hits can lie apart by some epsilon of the coordinates involved; 16 of the largest (an extent is
-// at most twice as large) keep the hit in a cell that the ray visits. Origins far outside are covered by the padding of
+// A structure that subdivides space enlarges its cells by this much when it lists what touches them. A ray and the triangle
+// that the watertight test says it hits can lie apart by some epsilon of the coordinates involved; 16 of the largest (an extent
+// is at most twice as large) keep the hit in a cell that the ray visits. Origins far outside are covered by the padding of
 // distances (TraversalLimit).
 inline double cell_slack(const Bounds& b) {
   double largest = 0;

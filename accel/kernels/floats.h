@@ -20,7 +20,7 @@
 
 namespace etendue {
 
-// What the file at hand is compiled for.
+// The widest vectors that this file is compiled for.
 #if defined(__AVX512F__)
 inline constexpr int native_width = 16;
 #elif defined(__AVX2__)
@@ -43,8 +43,8 @@ struct VectorOf<T, 1> {
 template <class T, int width>
 using Vector = typename VectorOf<T, width>::type;
 
-// What intrinsics are for: a bit per lane of a comparison, and a choice of lanes. Always inlined, as files are compiled for
-// several instruction sets.
+// These need intrinsics: a bit per lane of a comparison, and a choice of lanes. They are always inlined, as files are compiled
+// for several instruction sets.
 [[gnu::always_inline]] inline unsigned lane_bits(bool mask) { return mask; }
 [[gnu::always_inline]] inline unsigned lane_bits(Vector<std::int32_t, 4> mask) {
 #if defined(__SSE4_1__)
@@ -136,7 +136,7 @@ struct Floats {
   friend unsigned equal(const Floats& a, const Floats& b) { return equal(a.low, b.low) | equal(a.high, b.high) << half; }
 };
 
-// What a register holds.
+// The vector that a register holds.
 template <int width, int widest>
 requires(width <= widest) struct Floats<width, widest> {
   Vector<float, width> v;

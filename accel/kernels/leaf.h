@@ -1,4 +1,4 @@
-// What the leaves of a bottom-level structure hold, and how a ray is tested against them.
+// The contents of the leaves of a bottom-level structure, and a ray's test against them.
 //
 // A leaf is a run of packs. A pack holds up to four primitives: triangles with copies of their vertices, tested together, so
 // that no index is followed; and quadrics, by their ids behind those of the triangles, tested one by one in the geometry.

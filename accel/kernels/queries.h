@@ -1,6 +1,6 @@
 // The four queries of a ray structure, closest and occluded and their counted forms, from one template: its
-// `trace<any_hit>(ray, count)`, which answers a hit; of any hit, Hit::primitive alone tells. Without counting nothing of it is
-// left in the code.
+// `trace<any_hit>(ray, count)`, which answers a hit; where any hit will do, only Hit::primitive tells. Without counting,
+// nothing of the counters is left in the code.
 #pragma once
 
 #include "accel/kernels/primitive_test.h"
@@ -11,7 +11,7 @@ struct CountNothing {
   static constexpr bool of_primitives = false;
   void node() {}
   void primitives(std::uint32_t) {}
-  // What an inner structure answers.
+  // The answer of an inner structure.
   template <bool any_hit, class Structure>
   Hit trace(const Structure& structure, const Ray& ray) const {
     if constexpr (any_hit)
@@ -19,7 +19,7 @@ struct CountNothing {
     else
       return structure.closest(ray);
   }
-  // Any hit, of which no more is known.
+  // A hit of which no more is known than that there is one.
   static Hit some_hit(const Ray& ray) { return {ray.t_min, vec2(0), 0, 0}; }
 };
 

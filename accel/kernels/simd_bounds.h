@@ -82,7 +82,7 @@ class PointBounds {
 
 struct Uninitialised {};
 
-// Where a SimdBounds holds its bounds along an axis.
+// The lanes where a SimdBounds holds its bounds along an axis.
 struct AxisLanes {
   FourInts lower, upper;
 

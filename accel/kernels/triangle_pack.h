@@ -1,6 +1,6 @@
 // A leaf of the narrower layouts: a few triangles side by side, by vertex, axis and lane, tested together by SIMD instructions
-// (pack_query.h). Unused lanes hold NaN, which nothing hits. Ids ascend. Of a needle, each corner is the first one: its edge
-// functions are then zero for every ray, as where a ray meets an edge, and the scalar test is asked.
+// (pack_query.h). Unused lanes hold NaN, which nothing hits. Ids ascend. A needle has its first corner in place of all three:
+// its edge functions are then zero for every ray, as where a ray meets an edge, and the scalar test is asked.
 #pragma once
 
 #include "accel/kernels/triangle_test.h"

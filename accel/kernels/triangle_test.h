@@ -35,7 +35,7 @@ struct TriangleRay {
   }
 };
 
-// What the signs of three edge functions tell: a lane each. Masks are bits here, or whatever the lanes' comparisons give.
+// Holds what the signs of three edge functions tell, a lane each. Masks are bits here, or whatever the lanes' comparisons give.
 template <class Mask>
 struct Sides {
   Mask same, on_edge;  // all positive or all negative; some are zero

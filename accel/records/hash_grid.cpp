@@ -14,7 +14,7 @@ RecordHashGrid::Cell RecordHashGrid::cell_of(const vec3& p, int level) {
   return {along(p.x), along(p.y), along(p.z), level};
 }
 
-// Where the cell is, or the free slot where it would be.
+// The slot of the cell, or the free slot where it would be.
 std::size_t RecordHashGrid::slot_of(const Cell& cell) const {
   const std::size_t mask = slots_.size() - 1;
   std::size_t i = hash_keys(cell.x, cell.y, cell.z, cell.level) & mask;

@@ -12,7 +12,7 @@ namespace {
 
 std::string size_text(std::uint64_t bytes) { return format_bytes(static_cast<double>(bytes)); }
 
-// Why a rung does not fit; empty if it does, and then `built` is it.
+// Says why a rung does not fit. If it does, the text is empty and `built` is the structure.
 std::string try_rung(const MemoryRung& rung, std::uint64_t limit, std::unique_ptr<RayQuery>& built) {
   if (rung.need.peak > limit)
     return fmt::format("{} would take about {}, of which it would keep {}", rung.name, size_text(rung.need.peak),

@@ -60,7 +60,7 @@ WideShape shape_of(const std::string& layout, const Geometry& geometry, bool rei
 
 double plan_bytes(const std::string& layout) { return 16 + (layout == "bvh4" ? 4 : layout == "bvh8" ? 8 : 16); }  // per node
 
-// What build_lbvh_packs and the collapse of its tree need.
+// The memory that build_lbvh_packs and the collapse of its tree need.
 MemoryNeed to_packs_need(const Geometry& geometry, const std::string& layout) {
   const WideShape wide = shape_of(layout, geometry);
   const double count = primitives_of(geometry), packs = count / wide.triangles, inner = packs / (wide.children - 1);

@@ -49,8 +49,8 @@ class WithMasks final : public RayQuery {
                   bits(ray.direction.z), hit.instance, hit.primitive, bits(hit.t));
     return to_unit_float(high_bits(hash)) < opacity;
   }
-  // What of the ray lies beyond the hit. Where a structure rounds t and answers one that is not beyond t_min, the ray still
-  // gets shorter.
+  // The part of the ray beyond the hit. Where a structure rounds t and answers one that is not beyond t_min, the ray still gets
+  // shorter.
   static Ray beyond(Ray ray, const Hit& hit) {
     ray.t_min = std::max(hit.t, std::nextafter(ray.t_min, infinity));
     return ray;

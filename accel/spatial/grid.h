@@ -1,4 +1,5 @@
-// Uniform grid: the box of the geometry in equal cells, each listing what touches it, walked cell by cell ([Amanatides1987]).
+// Uniform grid: the box of the geometry in equal cells, each listing what touches it, traversed cell by cell
+// ([Amanatides1987]).
 //
 // Resolution: `density` cells per primitive, the cells as near to cubes as the box allows ([Cleary1988]). Triangles are listed
 // in the cells that they really meet, found by clipping; quadrics in those that their box meets. The lists lie in one array,
@@ -7,7 +8,7 @@
 //
 // No hit is lost: lists are enlarged by cell_slack; distances of planes are computed afresh at each step, from the planes, so
 // rounding does not add up; where planes are met at distances too close to tell their order, all the cells around the edge or
-// corner are visited, however many; walking ends only beyond the TraversalLimit (box_test.h), so ties go to the lowest id. A
+// corner are visited, however many; traversal ends only beyond the TraversalLimit (box_test.h), so ties go to the lowest id. A
 // primitive of several cells is tested once, thanks to mailboxes (reference_test.h).
 //
 // Limits: where detail is uneven ("teapot in a stadium") all of it falls into few cells.
@@ -60,7 +61,7 @@ class Grid : public LeafQueries<Grid, ReferenceTest> {
   double sah_cost_ = 0;
 };
 
-// The walk of a ray from cell to cell.
+// The traversal of a ray from cell to cell.
 class Grid::Traversal {
  public:
   Traversal(const Grid& grid, const Ray& ray, const SlabRay& slab, float entry) : grid_(grid), slab_(slab), passed_(entry) {
@@ -68,7 +69,7 @@ class Grid::Traversal {
   }
 
   const std::array<int, 3>& cell() const { return cell_; }
-  // Where the ray leaves the cell.
+  // The distance at which the ray leaves the cell.
   float exit() const { return std::min({next_[0], next_[1], next_[2]}); }
 
   // Goes on to the cell behind exit(), having shown `visit` the cells beside the way, if any; false at the end of the grid or

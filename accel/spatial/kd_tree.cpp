@@ -210,7 +210,8 @@ class RayKdTree::Builder {
     job.references = {};
   }
 
-  // What of the primitive lies within the (enlarged) cell, if anything. A quadric's box is cut, the triangle itself.
+  // Adds the part of the primitive within the (enlarged) cell, if there is any. Of a quadric the box is cut, of a triangle the
+  // triangle itself.
   void add_clipped(const Reference& reference, Job& job) const {
     Reference clipped = reference;
     if (geometry_.is_triangle(reference.id)) {

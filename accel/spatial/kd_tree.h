@@ -8,7 +8,7 @@
 // primitive.
 //
 // No hit is lost at a plane: boxes are enlarged by cell_slack, both sides of a plane are visited where the padded distances do
-// not exclude it, and the walk ends only beyond the TraversalLimit (box_test.h), so ties go to the lowest id. A primitive of
+// not exclude it, and traversal ends only beyond the TraversalLimit (box_test.h), so ties go to the lowest id. A primitive of
 // several leaves is tested once, thanks to mailboxes (reference_test.h). Memory: 8 bytes per node and 4 per reference; the
 // geometry is not copied.
 #pragma once

@@ -58,7 +58,7 @@ struct Met {
   vec2 uv;
 };
 
-// Where the ray meets the triangle's plane, and with what weights; nothing outside (t_min, t_max].
+// The point where the ray meets the triangle's plane, by its weights; nothing outside (t_min, t_max].
 std::optional<Met> meet_plane(const Geometry& geometry, std::uint32_t id, const Ray& ray) {
   const uvec3 v = geometry.triangles[id];
   const dvec3 p0(geometry.positions[v.x]), e1 = dvec3(geometry.positions[v.y]) - p0, e2 = dvec3(geometry.positions[v.z]) - p0;
@@ -80,7 +80,7 @@ Point second_point(const Ray& ray, double reach) {
   return to_point(origin + direction * (std::max(reach, largest(origin)) / largest(direction)));
 }
 
-// A walk of CGAL's tree that ends with the first triangle met within (t_min, t_max].
+// A traversal of CGAL's tree that ends with the first triangle met within (t_min, t_max].
 template <class Query, class Count>
 class AnyHit {
  public:

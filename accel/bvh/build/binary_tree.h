@@ -19,7 +19,7 @@ inline Bounds united(Bounds a, const Bounds& b) {
   return a;
 }
 
-// What both cover; empty where they do not meet.
+// The box that both cover; it is empty where they do not meet.
 inline Bounds overlap(const Bounds& a, const Bounds& b) { return {glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)}; }
 
 // A primitive as builders see it: two vectors of four floats.
@@ -45,7 +45,7 @@ struct BinaryTree {
   std::uint32_t depth = 0;                // edges on the longest way down
 
   // Expected work of a random ray that meets the root's box ([Goldsmith1987], [MacDonald1990]): interior nodes and leaves weigh
-  // by their surface area, a node visit counts 1 and a primitive test 1. 0 where no root area can be divided by.
+  // by their surface area, a node visit counts 1 and a primitive test 1. It is 0 where the root's area cannot be divided by.
   double sah_cost() const;
 };
 

@@ -1,5 +1,5 @@
-// What binned_sah.cpp does to every item at each level of a tree: putting it into bins, and moving it to its side of a cut.
-// These two loops are compiled for SSE4.1 and for AVX2 (binned_kernels.inl, wide_isa.h), and give the same bits.
+// The loops of binned_sah.cpp over the items of each level of a tree: one puts items into bins, one moves them to their sides
+// of a cut. Both are compiled for SSE4.1 and for AVX2 (binned_kernels.inl, wide_isa.h), and give the same bits.
 #pragma once
 
 #include "accel/bvh/build/binary_tree.h"

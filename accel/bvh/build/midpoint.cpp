@@ -29,8 +29,8 @@ class MidpointSplitter {
   std::uint32_t id(const ItemRange&, std::uint32_t position) const { return items_[position].id; }
 
  private:
-  // Stable; nothing when a side stays empty. Without a branch to mispredict: each item is written to both sides, only one of
-  // which moves on.
+  // A stable partition, or none when a side stays empty. It has no branch to mispredict: each item is written to both sides,
+  // only one of which moves on.
   std::optional<Split> partition(const ItemRange& range, int axis, float middle) {
     std::uint32_t left = range.begin, right = range.begin;
     SimdBounds sides[2];

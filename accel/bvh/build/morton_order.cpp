@@ -115,8 +115,8 @@ bool MortonKeyWriter::has_pdep() { return false; }
 #endif
 
 MortonCode::MortonCode(const Bounds& points) : origin_(four(0.5f * points.lower)) {
-  // Halves of coordinates, whose differences are finite. A little below the number of cells, so that the upper end falls into
-  // the last one; an extent that is zero or too small to divide by has one cell.
+  // Halves of coordinates have finite differences. The scale is a little below the number of cells, so that the upper end falls
+  // into the last one; an extent that is zero or too small to divide by has one cell.
   const float extent = max_component(0.5f * points.upper - 0.5f * points.lower);
   scale_ = static_cast<float>(1 << bits_per_axis) * (1 - 1e-6f) / extent;
   if (!(scale_ < infinity)) scale_ = 0;

@@ -74,8 +74,8 @@ class MortonOrder {
   std::uint32_t size() const { return size_; }  // of the points that count
   // The index of the point at a place in the order.
   std::uint32_t index(std::uint32_t place) const { return static_cast<std::uint32_t>(keys_[place] & index_mask_); }
-  // Where the highest bit in which the codes of a run of two or more differ changes: the first place behind. The middle of a
-  // run of equal codes.
+  // The first place of a run of two or more behind the change of the highest bit in which its codes differ; the middle of a run
+  // of equal codes.
   std::uint32_t cut(std::uint32_t begin, std::uint32_t end) const;
 
  private:

@@ -116,7 +116,7 @@ class Clustering {
     std::vector<std::uint32_t> lowest(room);
     for (std::size_t i = first; i < end; ++i) {
       measure(i, distances.data());
-      // What the following places have seen so far: an earlier place keeps a tie.
+      // Updates the nearest that the following places have seen so far: an earlier place keeps a tie.
       const auto name = static_cast<std::uint32_t>(i);
       float* const theirs = least.data() + (i + 1 - first);
       std::uint32_t* const their_lowest = lowest.data() + (i + 1 - first);

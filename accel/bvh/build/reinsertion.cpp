@@ -50,7 +50,7 @@ class Reinsertion {
   }
 
   // Taking out `node` removes its parent and shrinks the ancestors; putting it at `target` adds a node there and widens the
-  // boxes on the way. The walk follows [Meister2018Reinsertion] section 3.1.
+  // boxes on the way. The search follows [Meister2018Reinsertion] section 3.1.
   Move best_move(std::uint32_t node) const {
     Move best{node, no_id, 0};
     if (node == 0 || parent_[node] == 0) return best;  // the root has no better place, nor have its children

@@ -1,9 +1,9 @@
 // Spatial splits builder: SAH over cuts between primitives and over cuts through them ([Stich2009]).
 //
-// A node is cut between bins of centres, as by the binned builder; where the two sides then overlap by more than `alpha` of the
-// root's area, also at planes between equal slabs of the node's box. There, a primitive on both sides is listed in both, with
-// the box of the part that lies there, unless it is cheaper to leave it whole on one side (section 4.3). Triangles are chopped
-// exactly, quadrics by their boxes.
+// A node is cut between bins of centres, as by the binned builder. Where the two sides then overlap by more than `alpha` of the
+// root's area, planes between equal slabs of the node's box are tried as well. There, a primitive on both sides is listed in
+// both, with the box of the part that lies there, unless it is cheaper to leave it whole on one side (section 4.3). Triangles
+// are chopped exactly, quadrics by their boxes.
 //
 // A primitive may thus stand in several leaves. `duplication` bounds how often: of the extra references, each subtree owns a
 // part in proportion to its size, so what one spends does not depend on the others, and the tree is the same at any thread

@@ -15,7 +15,7 @@ struct TriangleBox {
   Bounds bounds() const { return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}}; }
 };
 
-// For loops along the triangles: asks for the vertices of one that comes soon.
+// Prefetches the vertices of a triangle to which a loop along them comes soon.
 inline TriangleBox triangle_box(const Geometry& geometry, std::uint32_t triangle) {
   const uvec3 soon = geometry.triangles[std::min<std::size_t>(triangle + 16, geometry.triangles.size() - 1)];
   for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry.positions[soon[corner]]);

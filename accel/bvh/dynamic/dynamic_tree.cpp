@@ -140,7 +140,7 @@ void DynamicTree::climb_and_fit(std::uint32_t leaf) {
   }
 }
 
-// What follows from the children of a node: its cost, and its box, which is returned.
+// Derives from the children of a node its cost, and its box, which is returned.
 Bounds DynamicTree::fit(std::uint32_t node) {
   const TreeNode left = layout_.child(node, 0), right = layout_.child(node, 1);
   Bounds box = left.bounds;

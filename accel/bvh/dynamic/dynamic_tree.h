@@ -1,4 +1,4 @@
-// A tree that keeps up with boxes that move: refitted, rebuilt, or the one where it suffices and the other where it does not.
+// A tree that keeps up with boxes that move: it is refitted, rebuilt, or rebuilt only where refitting does not suffice.
 //
 //   refit    boxes grow and shrink, bottom up, along the ways from changed leaves to the root; the topology stays ([Wald2007a])
 //   rebuild  the builder starts anew at every update
@@ -32,7 +32,7 @@ namespace etendue {
 
 inline constexpr std::size_t update_grain = 256;  // items of a task
 
-// What an update did.
+// Says what an update did.
 struct TreeUpdate {
   std::uint64_t refitted = 0;  // leaves
   std::uint64_t rebuilt = 0;   // items, and whole subtrees in their place, that went to the builder

@@ -159,7 +159,8 @@ class PackCutter {
     }
   }
 
-  // What is visited soon lies anywhere. Inline always: GCC leaves a call out that has no other effect.
+  // What is visited soon may lie anywhere in memory. This is always inlined, since GCC leaves out a call that has no other
+  // effect.
   [[gnu::always_inline]] void prefetch(std::uint32_t i) const {
     const std::uint32_t last = order_.size() - 1;
     __builtin_prefetch(&geometry_.triangles[order_.index(std::min(i + 32, last))]);

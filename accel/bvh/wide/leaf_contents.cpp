@@ -6,8 +6,8 @@ namespace etendue {
 
 namespace {
 
-// What lies behind two primitives that are looked at soon, the first of them later. Inline always: GCC leaves a call out that
-// has no other effect.
+// Prefetches what lies behind two primitives that are looked at soon, the first of them later. This is always inlined, since
+// GCC leaves out a call that has no other effect.
 [[gnu::always_inline]] inline void prefetch(const VertexIds& vertices, std::uint32_t later, std::uint32_t sooner) {
   const Geometry& geometry = vertices.geometry();
   if (geometry.is_triangle(later)) __builtin_prefetch(&geometry.triangles[later]);

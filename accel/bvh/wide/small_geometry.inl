@@ -3,7 +3,7 @@
 //
 // Every vertex is moved into each ray's space once; the triangles then come in the order of their ids, so that the first of
 // those at equal distance wins. A lane does what the scalar test does, to the bit; where that turns to double precision, and
-// for what is no triangle, it is asked.
+// for primitives that are no triangles, the scalar test is asked.
 #pragma once
 
 #include "accel/bvh/wide/wide_tests.inl"
@@ -165,8 +165,8 @@ class SmallGeometryQuery {
     return hit;
   }
 
-  // The lanes whose ray's line meets a sphere, by the discriminant of intersect_quadric, or may do so where that is corrected; of
-  // other quadrics all.
+  // The lanes whose ray's line meets a sphere, by the discriminant of intersect_quadric, or may do so where that is corrected;
+  // of other quadrics all.
   WideMask may_meet(std::uint32_t id) const {
     if (geometry_.is_triangle(id)) return live_;
     const auto* const sphere = std::get_if<Sphere>(&geometry_.quadric(id));

@@ -1,7 +1,7 @@
 // How a batch of rays goes through a wide tree, for one instruction set; included like wide_tests.inl.
 //
-// Rays that keep together go in packets. Of others, those that miss the scene's box are told by SIMD, a ray in each lane, where
-// many do. Then shadow rays go in streams. The rest go in streams where the instruction set is quick to tell them apart
+// Rays that keep together go in packets. Where many of the others miss the scene's box, SIMD tells which, with a ray in each
+// lane. Shadow rays that are left go in streams. Other rays go in streams where the instruction set is quick to tell them apart
 // (Simd::streams_nearest), but for some that go one by one: those that start apart, as a stream takes children in an order that
 // suits few of them, and those that meet few nodes, which leave a stream little to share. Whichever way a ray goes, its answer
 // is the same.

@@ -47,7 +47,7 @@ const WideKernels<node_width, Pack>& wide_kernels(Isa isa);
 template <int node_width, class Pack>
 class WideBvh {
  public:
-  // Down to how many primitives a binary tree need be built: about as many packs will come of it as of a finer one.
+  // A binary tree need not be built further down than to this many primitives: a finer one would give about as many packs.
   static constexpr int tree_leaf_size = Pack::lanes == 16 ? 5 : Pack::lanes / 4;
 
   using LeafPack = Pack;

@@ -1,4 +1,4 @@
-// What each wide_isa_*.cpp provides.
+// Each wide_isa_*.cpp provides what is declared here.
 #pragma once
 
 #include "accel/bvh/build/binned_kernels.h"

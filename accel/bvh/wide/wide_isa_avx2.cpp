@@ -33,7 +33,7 @@ struct Avx2 : Simd<8> {
     const __m256i lanes = _mm256_add_epi32(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_set1_epi32(first));
     return _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(entries), _mm256_set1_epi32(~15)), lanes);
   }
-  // It stands in each lane.
+  // The least of eight, in each lane.
   [[gnu::always_inline]] static __m128i least(__m256i eight) {
     __m128i four = _mm_min_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
     four = _mm_min_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));

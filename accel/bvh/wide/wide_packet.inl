@@ -16,7 +16,7 @@ namespace {
 // Rays of a packet: enough to share the cost of a visit, few enough to look the same way.
 inline constexpr int packet_size = 64;
 
-// What a packet's rays have in common; of rays too many, few or different for a packet to pay, `coherent` is false.
+// Holds what a packet's rays have in common. `coherent` is false where rays are too many, few or different for a packet to pay.
 struct PacketBounds {
   vec3 origin_lower, origin_upper;
   vec3 direction_lower, direction_upper;

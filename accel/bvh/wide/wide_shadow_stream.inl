@@ -80,7 +80,7 @@ class WideShadowStream {
   }
 
  private:
-  // What visits of nodes read of a ray, in one line.
+  // Holds what visits of nodes read of a ray, in one cache line.
   struct alignas(64) Traveller {
     SlabRay slab;
     float far;  // limit(t_max); of occluded rays -infinity: they meet nothing any more
@@ -162,7 +162,7 @@ class WideShadowStream {
     return any;
   }
 
-  // What `add` has found.
+  // Takes up what `add` has found.
   unsigned met_at_root(const Job& job) {
     unsigned any = 0;
     for (std::uint32_t i = 0; i < job.count; ++i) any |= space_.met[i];

@@ -68,11 +68,11 @@ class WideStream {
 
  private:
   struct alignas(64) Traveller {
-    // What visits of nodes read, in one line.
+    // Visits of nodes read this, which lies in one cache line.
     SlabRay slab;
     float far;            // limit(hit.t)
     std::uint32_t index;  // in the batch
-    // What tests of leaves read; many rays come to none.
+    // Tests of leaves read this; many rays come to none.
     bool has_shear = false;
     TriangleRay shear;
     TraversalLimit limit;

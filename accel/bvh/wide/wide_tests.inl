@@ -1,6 +1,7 @@
-// What a wide traversal asks of an instruction set, and its two tests: of one ray against all children of a node and against a
-// leaf (kernels/box_test.h, pack_query.h). Included once by each wide_isa_*.cpp, which the build compiles for its set. All is
-// in an unnamed namespace, so that no code of one set can stand in for another's when the program is linked.
+// The operations that a wide traversal needs from an instruction set, and its two tests: of one ray against all children of a
+// node and against a leaf (kernels/box_test.h, pack_query.h). Each wide_isa_*.cpp, which the build compiles for its set,
+// includes this once. All is in an unnamed namespace, so that no code of one set can stand in for another's when the program is
+// linked.
 #pragma once
 
 #include "accel/bvh/wide/wide_headers.h"
@@ -8,8 +9,8 @@
 namespace etendue {
 namespace {
 
-// What waits on the stack: a place, and for closest hits where the ray enters it. (A WideRef would do for any hit, but types
-// that other files know would have the compiler emit functions which the linker could take for theirs.)
+// Waits on the stack: a place, and for closest hits where the ray enters it. (A WideRef would do for any hit, but types that
+// other files know would have the compiler emit functions which the linker could take for theirs.)
 struct Waiting {
   WideRef place;
   float entry;
@@ -24,7 +25,7 @@ struct NearestTwo {
   float second_entry;
 };
 
-// What a traversal asks of an instruction set.
+// Provides what a traversal asks of an instruction set.
 template <int widest_register>
 struct Simd {
   static constexpr int widest = widest_register;
@@ -40,7 +41,7 @@ struct Simd {
     return mask;
   }
 
-  // Where two are met or more; of the others, entries are infinite.
+  // To be called where two children or more are met; the entries of the others are infinite.
   template <int width, class Floats>
   static NearestTwo nearest_two(const Floats& entries) {
     alignas(64) float entry[width];
@@ -77,7 +78,7 @@ struct Simd {
   }
 };
 
-// What a traversal works out of a ray before all else, the three axes at a time: many rays take little more than this.
+// Holds what a traversal works out of a ray before all else, the three axes at a time. Many rays take little more than this.
 template <class Simd>
 struct RayTerms {
   vec3 reciprocal;    // slab_reciprocal
@@ -134,7 +135,7 @@ class NodeTest : public BoxTest<typename Simd::template Floats<node_width>, node
   }
 };
 
-// What the triangle test takes from a ray: the origin along the axes of `shear`.
+// Holds what the triangle test takes from a ray: the origin along the axes of `shear`.
 struct LeafTerms {
   TriangleRay shear;
   float origin[3];

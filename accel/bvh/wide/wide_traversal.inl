@@ -46,7 +46,7 @@ template <class Simd, int node_width, class Boxes>
   next = top->place;
   return true;
 }
-// Any hit will do: what waits has not come to lie too far.
+// Any hit will do, so that no child that waits has come to lie too far.
 [[gnu::always_inline]] inline bool pop(const WaitingAny* bottom, float, WaitingAny*& top, WideRef& next) {
   if (top == bottom) return false;
   next = (--top)->place;

@@ -211,7 +211,7 @@ class Collapse {
     });
   }
 
-  // Inline always: GCC leaves a call out that has no other effect.
+  // This is always inlined, since GCC leaves out a call that has no other effect.
   [[gnu::always_inline]] void prefetch_vertices(std::uint32_t binary) const {
     for (const uvec3& triangle : plan_.corners(binary))
       for (int corner = 0; corner < 3; ++corner) __builtin_prefetch(&geometry_->positions[triangle[corner]]);
