@@ -56,7 +56,7 @@ class PhaseTimes {
   Scope* innermost_ = nullptr;
 };
 
-// How far the caller means to take a method; 0: it does not say. For methods that choose by it: none owns a clock.
+// Says how far the caller means to take a method; 0: it does not say. Methods may choose by it, but none owns a clock.
 struct Effort {
   double seconds = 0;            // preparation included
   std::uint64_t iterations = 0;  // at most
@@ -78,19 +78,20 @@ struct RenderContext {
   Effort effort = {};
   Tile window = {};  // the pixels that will be looked at; empty: all
 
-  // The part of a tile that will be looked at, which may be empty. For methods whose pixels do not depend on each other.
+  // The part of a tile that will be looked at, which may be empty. It serves methods whose pixels do not depend on each other.
   Tile seen(const Tile& tile) const {
     if (window.end == ivec2(0)) return tile;
     const ivec2 begin = glm::max(tile.begin, window.begin);
     return {begin, glm::max(begin, glm::min(tile.end, window.end))};
   }
 
-  // How light samples choose among lights from now on; for `prepare`, of every method that takes any.
+  // Sets how light samples choose among lights from now on. Every method that takes any calls it in `prepare`.
   void choose_lights_by(LightChoice choice, DirectSamples samples = DirectSamples::of_lights) {
     const auto timed = phases.measure("build");
     lights.choose_by(choice, samples);
   }
-  // The share of rays that a surface stops where this one met it: what is stored there of those stands for all.
+  // The share of rays that a surface stops where this one met it. What is stored there of the rays that are stopped stands for
+  // all.
   float stopped_share(const Hit& hit) const { return needs.masks ? scene.opacity_at(hit) : 1; }
 
   // The depth to use when a method's own parameter is 0: the scene's, else 64.
@@ -99,7 +100,7 @@ struct RenderContext {
 
 enum class Bias : std::uint8_t { unbiased, consistent, biased };
 
-// What theory expects of a method as configured.
+// Says what theory expects of a method as configured.
 struct Expectation {
   Bias bias = Bias::unbiased;
   double mse_exponent = -1;  // MSE ~ iterations^exponent; for biased methods until the plateau
@@ -121,14 +122,14 @@ struct RecordShape {
   }
 };
 
-// What methods that keep a cache offer in addition.
+// Methods that keep a cache offer this in addition.
 class Cache {
  public:
   virtual ~Cache() = default;
   // Its records, whether prepared or not.
   virtual std::vector<RecordShape> record_shapes() const = 0;
-  // What the method itself takes the standard error of each pixel to be after its iterations so far (its luminance, in all
-  // channels); bias that it knows of counts as error. Only to be called where RenderContext::states_error is set.
+  // The standard error of each pixel after the iterations so far, as the method itself takes it to be (of its luminance, in all
+  // channels). Bias that it knows of counts as error. It is to be called only where RenderContext::states_error is set.
   virtual Image standard_error() const = 0;
   // Can it outlive its image?
   virtual bool savable() const { return true; }

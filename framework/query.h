@@ -44,7 +44,7 @@ struct Hit {
   explicit operator bool() const { return primitive != no_id; }
 };
 
-// What a structure reports about itself.
+// Figures that a structure reports about itself.
 struct RayStructureStats {
   std::uint64_t bytes = 0;  // all that the structure holds beyond the geometry it was built over
   std::uint64_t nodes = 0;

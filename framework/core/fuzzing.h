@@ -1,5 +1,5 @@
-// What a build for libFuzzer makes smaller, so that it reads thousands of scenes a second: sizes of what is made from a few
-// words of a scene, such as baked textures. The code is the same.
+// A build for libFuzzer makes things smaller that a few words of a scene ask for, such as baked textures, so that it reads
+// thousands of scenes a second. The code is the same.
 #pragma once
 
 namespace etendue {

@@ -23,7 +23,7 @@ template <std::ranges::range List, class Value>
 requires std::equality_comparable_with<std::ranges::range_value_t<List>, Value>
 bool contains(const List& list, const Value& value) { return std::ranges::find(list, value) != std::ranges::end(list); }
 
-// What `of`, a function or a member, makes of each element, in their order.
+// Answers what `of`, a function or a member, makes of each element, in their order.
 template <class List, class Of>
 auto mapped(List&& list, const Of& of) {
   using Element = std::ranges::range_reference_t<List>;
@@ -52,7 +52,7 @@ inline std::size_t index_in(std::vector<std::string>& names, const std::string& 
   return index;
 }
 
-// What a map holds under a name, where it does.
+// The value that a map holds under a name, if it does.
 template <class Value>
 std::optional<Value> find_value(const std::map<std::string, Value>& values, const std::string& name) {
   const auto found = values.find(name);

@@ -17,7 +17,7 @@ void release_freed_memory();
 // The most that this process may have in memory; 0, as it begins: no limit of its own.
 void set_memory_limit(std::uint64_t bytes);
 std::uint64_t memory_limit();
-// What it has in memory now, once freed memory is released. It is 0 but on Linux.
+// The bytes that it has in memory now, once freed memory is released. It is 0 but on Linux.
 std::uint64_t resident_memory_bytes();
 
 // Bytes this process may still take: the least of what the system has (swap included), its control group (version 2), its

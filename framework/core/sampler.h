@@ -14,7 +14,7 @@ namespace etendue {
 enum class SamplerKind : std::uint8_t { sobol, independent };
 constexpr auto names_of(SamplerKind) { return std::array{"sobol", "independent"}; }
 
-// What the numbers are for. Two uses with different streams are independent.
+// Says what the numbers are for. Two uses with different streams are independent.
 enum class Stream : std::uint32_t { camera, light_path, cache_record, initial_pass, gather, test, probe };
 
 template <class B>

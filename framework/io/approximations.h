@@ -1,4 +1,4 @@
-// What a scene file states and this renderer has no exact equal of.
+// Things that a scene file states and of which this renderer has no exact equal.
 //
 // By default that is an error, for an image that differs in silence is worse than none. Where the user allows approximations,
 // the nearest thing is taken and each kind is told once: where it stands first, what was taken in its place, and what that does

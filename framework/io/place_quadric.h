@@ -1,4 +1,4 @@
-// Where a reader's quadric ends up: as another quadric, or as an instance of its own under the transform.
+// Places a reader's quadric: as another quadric, or as an instance of its own under the transform.
 #pragma once
 
 #include "framework/scene/geometry.h"

@@ -27,8 +27,8 @@ Rgb bounded_surface_rgb(const SampledSpectrum& spectrum);  // nothing lies beyon
 
 // A light is scaled to luminance 1, as pbrt-v4 scales its lights, of which nothing lies beyond the ends.
 Rgb light_rgb(const SampledSpectrum& spectrum);
-// As pbrt-v3's RGB has lights, surfaces and indices: the integral under light of equal energy. A constant of 1 has luminance 1
-// and is pinkish, and the end values go on beyond the ends.
+// RGB as pbrt-v3 has it for lights, surfaces and indices: the integral under light of equal energy. A constant of 1 has
+// luminance 1 and is pinkish, and the end values go on beyond the ends.
 Rgb version3_rgb(const SampledSpectrum& spectrum);
 
 // Planck's law at a temperature in kelvin, scaled to luminance 1, or (as pbrt-v3 has it) to a largest spectral value of 1.

@@ -1,4 +1,4 @@
-// What the readers of text files share: whole-file input, numbers without a locale, and places for messages.
+// Tools that the readers of text files share: whole-file input, numbers without a locale, and places for messages.
 #pragma once
 
 #include "framework/core/error.h"
@@ -33,7 +33,7 @@ std::optional<Whole> parse_whole(std::string_view word, int base = 10) {
 // `word` in quotes, shortened, with control characters shown as '?': fit for a message.
 std::string quote(std::string_view word);
 
-// With which some editors begin a file in UTF-8. Readers of text pass over it.
+// Some editors begin a file in UTF-8 with this mark. Readers of text pass over it.
 inline constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 
 // Words and line ends of a text, with offsets; never past the end.

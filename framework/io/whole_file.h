@@ -27,7 +27,7 @@ std::string hash_text(std::string_view bytes);  // XXH3, 16 hexadecimal digits
 FileStamp stamp_of(std::string_view bytes);
 // Is it a regular file, or a link to one? False where it cannot be looked at.
 bool is_file(const std::string& path);
-// Why the file is not what the stamp says ("missing", "empty", "3 of 10 bytes", …); "" where it is.
+// Says why the file is not what the stamp says ("missing", "empty", "3 of 10 bytes", …); "" where it is.
 std::string difference(const std::string& path, const FileStamp& stamp);
 
 // Replaces the file in one step: the bytes go to a new file beside it, to the disk, and only then to its name, which is on the

@@ -1,4 +1,4 @@
-// What the materials of this room have in common.
+// Everything that the materials of this room have in common.
 //
 // A material is one file: a struct of its parameters, and `Lobes<F>`, what light does at a point of it, over a lane type
 // (framework/core/lanes.h): the point is one, or one in each lane, all of the same material.

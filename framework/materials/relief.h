@@ -19,7 +19,8 @@ struct Relief {
   float scale = 1;             // metres of a height of 1
 };
 
-// What a relief is applied to, in the world: dp_du and dp_dv need not be perpendicular to the normals, which are unit.
+// The surface point that a relief is applied to, in the world: dp_du and dp_dv need not be perpendicular to the normals, which
+// are unit.
 struct SmoothPoint {
   vec3 normal, shading_normal;  // geometric; interpolated, on the same side
   vec3 dp_du, dp_dv;

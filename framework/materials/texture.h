@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-// What lies beyond the edges of an image. Each texel that interpolation asks for is wrapped on its own.
+// Says what lies beyond the edges of an image. Each texel that interpolation asks for is wrapped on its own.
 enum class Wrap : std::uint8_t { repeat, mirror, clamp, black };
 
 struct ImageTexture {

@@ -33,7 +33,7 @@ std::optional<Camera::Connection> Camera::connect(ivec2 resolution, const vec3& 
                                         : vec3(0);
   const vec3 towards = local - origin;
   if (!(towards.z > 0)) return std::nullopt;
-  // Where the line meets the plane in focus, brought to distance 1.
+  // The point where the line meets the plane in focus is brought to distance 1.
   const float focus = lens_radius > 0 ? focal_distance : 1;
   const vec2 on_plane = is_parallel() ? vec2(local) : (vec2(origin) + vec2(towards) * (focus / towards.z)) / focus;
   const vec2 extent = half_extent(resolution);

@@ -1,4 +1,4 @@
-// How far off a surface a ray must start, by bounds on rounding errors ([Waechter2019]).
+// The distance off a surface at which a ray must start, by bounds on rounding errors ([Waechter2019]).
 //
 // Two errors put a ray on the wrong side of its surface, or make it meet that surface again. The point is rounded to the grid
 // of floats: where it is computed, and where it is moved. And the tests of a ray that starts near a primitive subtract

@@ -1,4 +1,5 @@
-// What a bottom-level ray structure is built over: triangles and quadrics in one space, without materials or lights.
+// The geometry that a bottom-level ray structure is built over: triangles and quadrics in one space, without materials or
+// lights.
 //
 // Primitive ids run over the triangles first, then over the quadrics. A geometry of triangles only holds no quadric, and
 // structures ask for that (`quadrics.empty()`) to take the triangle-only leaf.

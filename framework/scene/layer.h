@@ -1,4 +1,4 @@
-// Which surfaces that lie in one place are lit one beside the other.
+// Tells which surfaces that lie in one place are lit one beside the other.
 //
 // Where opaque surfaces lie one above the other the upper one has the light, and what lands within a kernel's radius counts for
 // both. Where a mask lets a part of the light through (Shape::mask), the sheet and what lies beneath are lit both, and to take

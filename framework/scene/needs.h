@@ -1,4 +1,4 @@
-// What a scene needs, computed once. All code consults it, so that a scene pays only for what it contains.
+// The features that a scene needs, computed once. All code consults them, so that a scene pays only for what it contains.
 #pragma once
 
 #include "framework/scene/scene.h"

@@ -51,10 +51,10 @@ class PixelFilter {
   const FilterShape& shape() const { return shape_; }
   bool is_signed() const { return share_negative_ > 0; }
 
-  // Where the sample `index` of a pixel lies, from the pixel's corner (so that a box gives `u` itself), in pixels. `pixel`: its
-  // key. The density is that of the filter's part of the sample's sign.
+  // The place of the sample `index` of a pixel, from the pixel's corner (so that a box gives `u` itself), in pixels. `pixel`:
+  // its key. The density is that of the filter's part of the sample's sign.
   vec2 place(const vec2& u, std::uint64_t pixel, std::uint32_t index) const;
-  // What the sample counts: 1, or the sign of its part.
+  // The weight of the sample: 1, or the sign of its part.
   float weight(std::uint64_t pixel, std::uint32_t index) const {
     return is_signed() && is_negative(pixel, index) ? -1.0f : 1.0f;
   }

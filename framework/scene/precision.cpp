@@ -100,7 +100,7 @@ float shortest_side(const Bounds& bounds) {
   return shortest;
 }
 
-// What the checks look at in a scene.
+// Gathers what the checks look at in a scene.
 struct Survey {
   Coarsest objects{fewest_ulps}, primitives{fewest_ulps_of_primitive};
   Thin thin;

@@ -8,10 +8,10 @@
 
 namespace etendue {
 
-// A warning for instances that are small against their distance from the origin, and one for primitives that are: with the
-// extent, the distance in the file, and the distance there between one float and the next (ulp). A warning each for primitives
-// that are thin, and for what is small, against the clearance of rays that leave large ones; and one for scenes too small for
-// the range of floats. Most scenes get none.
+// There is a warning for instances that are small against their distance from the origin, and one for primitives that are, with
+// the extent, the distance in the file, and the distance there between one float and the next (ulp). There is one for
+// primitives that are thin against the clearance of rays that leave large ones, one for what is small against it, and one for
+// scenes too small for the range of floats. Most scenes get none.
 //
 // Rays start off surfaces by three to six ulps of their coordinates (framework/scene/clearance.h). That changes images by less
 // than 1e-3 where what is seen spans `fewest_ulps` or more.

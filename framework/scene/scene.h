@@ -59,8 +59,8 @@ struct InfinitePlane {
   std::uint32_t material = 0;
 };
 
-// Where a ray met a surface, in world space. `normal` is geometric and outward as the shape defines it (not towards the ray);
-// `shading_normal` is on the same side.
+// The point where a ray met a surface, in world space. `normal` is geometric and outward as the shape defines it (not towards
+// the ray); `shading_normal` is on the same side.
 //
 // No rounding error takes a ray through a wall if it starts where ray_origin (framework/transport/ray_tools.h) says:
 // `clearance` off the surface, and back by `retreat` on the way that the point was found by. All of that way is known to be
@@ -126,8 +126,8 @@ struct Scene {
   float opacity_at(const Hit& hit) const;
   bool emits_at(const Hit& hit) const;  // from one side at least
   Layer layer_at(const Hit& hit) const;
-  // For loops that call surface_at for one hit after another: at number `begun`, begins to load what the calls for hits a few
-  // places further on will read. It is worth its time where the scene outgrows the nearest caches.
+  // Serves loops that call surface_at for one hit after another. At hit number `begun` it begins to load what the calls for
+  // hits a few places further on will read. It is worth its time where the scene outgrows the nearest caches.
   void prefetch_surfaces(std::span<const Hit> hits, std::size_t begun) const;
   bool outgrows_caches() const { return objects.size() > 1 || objects[0].geometry.triangles.size() > 2000; }
 };

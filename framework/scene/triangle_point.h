@@ -11,7 +11,7 @@ inline dvec3 twice_area(const vec3& p0, const vec3& p1, const vec3& p2) {
 }
 inline vec3 rounded_twice_area(const vec3& p0, const vec3& p1, const vec3& p2) { return twice_area(p0, p1, p2); }
 
-// What all points of a triangle have in common, or of one in each lane (lanes.h).
+// Holds what all points of a triangle have in common, or of one triangle in each lane (lanes.h).
 template <class F>
 struct TrianglePlaneOf {
   Vec3<F> p0, e1, e2;

@@ -13,7 +13,7 @@ struct SurfaceOf {
   F clearance;
 };
 
-// What rays meet: the corners in the world, and where in the triangle.
+// Holds what rays meet: the corners in the world, and the place in the triangle.
 template <class F>
 struct TriangleHit {
   Vec3<F> p0, p1, p2;
@@ -23,7 +23,7 @@ struct TriangleHit {
   Mask<F> flip_normal;
 };
 
-// What a file gives at the corners.
+// Holds what a file gives at the corners.
 template <class F>
 struct CornerValues {
   Mask<F> have_normals, have_uvs;

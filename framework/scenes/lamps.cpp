@@ -32,8 +32,8 @@ void describe(Visitor& v, VeiledLampParams& p) {
   describe(v, static_cast<VeilParams&>(p));
 }
 
-// What finds the lamp by chance, with directions in proportion to the cosine, does so with a chance of (radius / distance)^2
-// cos: the relative variance of n samples is (1 - p) / (n p).
+// Directions in proportion to the cosine find the lamp with a chance p of (radius / distance)^2 cos: the relative variance of n
+// samples is (1 - p) / (n p).
 Scene make_veiled_lamp(const VeiledLampParams& params) {
   const float radius = params.radius, radiance = watts_per_sr / (pi * square(radius));
   ExactStage s("builtin:veiled-lamp");

@@ -24,8 +24,8 @@ struct AreaSampleOf {
 };
 using AreaSample = AreaSampleOf<float>;
 
-// What a point of a light, found uniformly over its area, is as seen from `position`. The density is 0 where the light shows
-// its dark side.
+// A point of a light, found uniformly over its area, as it is seen from `position`. The density is 0 where the light shows its
+// dark side.
 template <class F>
 AreaSampleOf<F> seen_from(const Vec3<F>& position, const Vec3<F>& point, const Vec3<F>& normal, F clearance, F area,
                           Mask<F> two_sided) {
@@ -61,7 +61,7 @@ class AreaEmitter {
 
   // Uniform over the area.
   AreaPoint sample(const vec2& u) const;
-  // What an image on it multiplies its radiance by, where `sample` and `sample_towards` are for u; 1 without one.
+  // The factor by which an image on it multiplies its radiance, where `sample` and `sample_towards` are for u; 1 without one.
   Rgb image_at(const vec2& u) const;
   Rgb mean_of_image() const;
   // A point on the light as seen from `position`. Spheres seen from outside are sampled by the cone they fill ([Shirley1996]),

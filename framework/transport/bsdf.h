@@ -1,4 +1,4 @@
-// What happens to light at a surface point: evaluate, sample, pdf.
+// The BSDF of a surface point: evaluate, sample, pdf.
 //
 // Directions point away from the surface. Everything is in solid angle at the point. Delta lobes are reported by `sample` only;
 // `evaluate` and `pdf` leave them out. Materials themselves are framework/materials/: here their lobes are placed in the world.
@@ -11,8 +11,8 @@ namespace etendue {
 
 using BsdfSample = BsdfSampleOf<float>;
 
-// What a BSDF says of two directions: f(wo, wi) |cos(wi)|, and the densities of wi given wo and of wo given wi, which are of no
-// meaning where the value is black.
+// The values of a BSDF for two directions: f(wo, wi) |cos(wi)|, and the densities of wi given wo and of wo given wi, which are
+// of no meaning where the value is black.
 template <class F>
 struct BsdfPairOf {
   Vec3<F> value{0.0f};

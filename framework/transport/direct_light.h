@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-// What one light sample sends through `point` towards wo, with its MIS weight, if nothing blocks its shadow ray.
+// The light that one light sample sends through `point` towards wo, with its MIS weight, if nothing blocks its shadow ray.
 struct DirectLight {
   Rgb radiance;
   Ray shadow_ray;

@@ -1,4 +1,4 @@
-// Which light is chosen: by power, all alike, or by a tree.
+// The choice of a light: by power, all alike, or by a tree.
 #include "framework/transport/light_choice.h"
 
 #include "framework/core/elementary.h"
@@ -12,10 +12,10 @@ namespace etendue {
 
 namespace {
 
-// Lights are chosen one by one, and from three at finite places on a tree costs less than it saves (builtin:veach-mis,
-// results/many-lights); from two on where light samples alone find them, as records share their noise: the lamp of a white room
-// beside one of 300 times the power left its records 37 % too dark to 88 % too bright. Few that are all flat are an exception:
-// lanes choose them by power all at once.
+// A tree costs less than it saves from three lights at finite places on (builtin:veach-mis, results/many-lights). Where light
+// samples alone find them it does from two on, as records share their noise: the lamp of a white room beside one of 300 times
+// the power left its records 37 % too dark to 88 % too bright. Few lights that are all flat are an exception: lanes choose them
+// by power all at once.
 constexpr std::size_t fewest_for_tree = 3;
 // A tree tells lights apart by their distances. Those of lights nearly as wide as the scene say little (builtin:glowing-room),
 // but where BSDF samples do not find the light of near surfaces.
@@ -44,7 +44,8 @@ struct LuminousPower {
   }
 };
 
-// By which an image on a light changes how often the light is chosen: never to nothing, for the image's mean is an estimate.
+// The factor by which an image on a light changes how often the light is chosen. It is never 0, since the image's mean is an
+// estimate.
 double image_share(const Rgb& mean) { return 0.01 + luminance(mean); }
 
 bool is_infinite(const Light& light) {
@@ -53,7 +54,7 @@ bool is_infinite(const Light& light) {
 
 float to_number_below_one(double u) { return std::min(static_cast<float>(u), 0x1.fffffep-1f); }
 
-// What a tree knows of a light; nothing of those at infinity.
+// Tells a tree what it must know of a light; nothing of those at infinity.
 struct AsEmitter {
   const Scene& scene;
   const AreaEmitter& emitter;

@@ -1,4 +1,4 @@
-// How next-event estimation chooses one of several lights: a parameter of every method that samples lights.
+// The way in which next-event estimation chooses one of several lights: a parameter of every method that samples lights.
 #pragma once
 
 #include "framework/core/params.h"

@@ -9,8 +9,9 @@ namespace {
 // Distance from the scene's centre to the disk through which light from infinity enters, in radii of the scene.
 constexpr float disk_distance = 1.01f;
 
-// Where rays leave a light that is a point: beyond walls that it lies in, as far as rounding tells, lest half of its light be
-// lost there. Shadow rays end before it, too. It is less than the distance behind a wall at which a lamp is hidden.
+// The distance at which rays leave a light that is a point: beyond walls that it lies in, as far as rounding tells, lest half
+// of its light be lost there. Shadow rays end before it, too. It is less than the distance behind a wall at which a lamp is
+// hidden.
 float least_distance(const vec3& position) { return 4 * rounding_at(position); }
 
 float emission_pdf_of(const AreaLight& light, float chosen, float area, float cosine) {

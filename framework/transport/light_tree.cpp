@@ -199,8 +199,8 @@ class LightTree::Builder {
     node.two_sided[i] = group.two_sided ? 1.0f : 0.0f;
   }
 
-  // Where the cost of both sides is least, over bins along each axis; in the middle where no bin divides the items, or where
-  // `levels_left` of choices would not be enough for all.
+  // Divides the items where the cost of both sides is least, over bins along each axis; or in the middle where no bin divides
+  // them, or where `levels_left` of choices would not be enough for all.
   std::size_t divide(std::span<Item> items, const Group& whole, const Bounds& centres, int levels_left) {
     const auto needed = static_cast<int>(std::bit_width(items.size() - 1));
     const vec3 extent = centres.diagonal(), size = whole.bounds.diagonal();
@@ -292,7 +292,7 @@ LightTree::Chosen LightTree::choose(const vec3& position, double& u) const {
     const Node& node = nodes_[next];
     const Weights weights = importance(node, position);
     if (!(weights.sum > 0)) return {no_id, 0};
-    // Where each child's numbers end, times the sum of weights: the choice need not wait for a division.
+    // The ends of the children's numbers, times the sum of weights: the choice need not wait for a division.
     const double number = (u - begin) * weights.sum, first = weights.each[0] * probability;
     const double second = first + weights.each[1] * probability, third = second + weights.each[2] * probability;
     int chosen = (number >= first ? 1 : 0) + (number >= second ? 1 : 0) + (number >= third ? 1 : 0);

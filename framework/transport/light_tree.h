@@ -48,13 +48,13 @@ class LightTree {
   bool empty() const { return nodes_.empty(); }
   // Chooses by u in [0, 1), which is rescaled to [0, 1) within the choice.
   Chosen choose(const vec3& position, double& u) const;
-  // With which `choose` takes this light.
+  // The probability with which `choose` takes this light.
   double probability(const vec3& position, std::uint32_t light) const;
 
  private:
   static constexpr int width = 4;
-  // Up to four children, each property of all four beside each other, so that they are weighed together; of missing ones the
-  // intensity is 0.
+  // Up to four children, each property of all four beside each other, so that they are weighted together; missing ones have the
+  // intensity 0.
   struct alignas(64) Node {
     float x[width]{}, y[width]{}, z[width]{};  // centre, metres
     float radius[width]{};                     // of a sphere about all lights

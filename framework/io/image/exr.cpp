@@ -59,8 +59,8 @@ std::array<const char*, 3> find_channels(const Imf::ChannelList& channels, bool 
   return found;
 }
 
-// What makes linear sRGB of colours that are X, Y and Z or have primaries of their own, row vectors on its left; none where
-// they are sRGB's. A white of its own stays as it is: nothing adapts to it.
+// The matrix that makes linear sRGB of colours that are X, Y and Z or have primaries of their own (row vectors on its left);
+// none where they are sRGB's. A white of its own stays as it is: nothing adapts to it.
 std::optional<Imath::M44f> conversion_to_srgb(const Imf::Header& header, std::string_view first_channel) {
   const Imf::Chromaticities srgb;
   if (first_channel == "X") return Imf::XYZtoRGB(srgb, 1);
@@ -143,7 +143,7 @@ std::optional<std::size_t> fixed_size(std::string_view type) {
   return std::nullopt;
 }
 
-// Walks over the headers' attributes before OpenEXR does, which allocates whatever sizes they state before it reads them.
+// Passes over the headers' attributes before OpenEXR does, which allocates whatever sizes they state before it reads them.
 class HeaderCheck {
  public:
   explicit HeaderCheck(std::string_view bytes) : bytes_(bytes) {}

@@ -82,7 +82,7 @@ void check_size(int width, int height, std::string_view bytes) {
 }
 
 // This stb writes past its tables when a JPEG states Huffman tables of more than 256 codes, so such files are refused first.
-// The segments up to the image data are walked; after that, where no segment but a table's holds these bytes, every one is
+// The segments up to the image data are passed; after that, where no segment but a table's holds these bytes, every one is
 // checked.
 void check_huffman_tables(std::string_view bytes) {
   // No format begins so; stb would take it for padding before a JPEG's first marker.

@@ -155,7 +155,7 @@ class HeaderReader {
   Header header_;
 };
 
-// The header must promise a mesh before the body is read.
+// The header must declare a mesh before the body is read.
 void check_elements(const Header& header, std::string_view bytes, const std::string& name) {
   const Element *vertices = nullptr, *faces = nullptr;
   for (const Element& element : header.elements) {

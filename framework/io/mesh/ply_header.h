@@ -1,4 +1,4 @@
-// What a PLY header declares.
+// The contents that a PLY header declares.
 #pragma once
 
 #include <array>

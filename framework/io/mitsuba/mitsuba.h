@@ -24,7 +24,7 @@ Scene read_mitsuba(const std::string& path, const SceneReading& reading = {});
 // `path` names the text in messages and is where relative file names start from.
 Scene parse_mitsuba(std::string text, const std::string& path, const SceneReading& reading = {});
 
-// What the reader makes of an element with this type.
+// Says what the reader makes of an element with this type.
 struct MitsubaSupport {
   std::string_view element, type, how;
 };

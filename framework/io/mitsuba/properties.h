@@ -1,4 +1,4 @@
-// What stands inside an object of a Mitsuba scene: its properties by name, and the objects in it.
+// The contents of an object of a Mitsuba scene: its properties by name, and the objects in it.
 #pragma once
 
 #include "framework/io/mitsuba/xml.h"

@@ -214,7 +214,8 @@ class MitsubaReader {
 
   // colours.cpp
   static bool is_colour(const XmlElement& element);
-  // By what a reflectance is to be multiplied that reaches `most`, before it is clamped to 1. Tells of what is above 1.
+  // The factor by which a reflectance that goes up to `most` is to be multiplied before it is clamped to 1. Warns of what is
+  // above 1.
   float limit_of_reflectance(const Location& where, std::string_view what, float most);
   Rgb read_colour(const XmlElement& element, ColourUse use);
   Rgb read_spectrum(const XmlElement& element, ColourUse use);

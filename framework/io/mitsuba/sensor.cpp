@@ -215,7 +215,7 @@ FilterShape MitsubaReader::filter_of(const Properties& of) const {
   return shape;
 }
 
-// In shares of the film, of which the file states a part in pixels.
+// The window is in shares of the film; the file states it in pixels.
 void MitsubaReader::crop(const Properties& of) {
   const ivec2 size = scene_.resolution;
   const int x = of.integer("crop_offset_x", 0, 0, size.x - 1), y = of.integer("crop_offset_y", 0, 0, size.y - 1);

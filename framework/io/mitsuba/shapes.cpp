@@ -160,7 +160,7 @@ void MitsubaReader::place(TriangleMesh mesh, const Transform& t, ShapeLook seen,
   left_out_.add(of.where().text() + ": " + name, triangles, group.parts[0].builder.add(std::move(mesh), seen));
 }
 
-// What all meshes of files have, beside their own.
+// Adds what all meshes of files have, beside their own.
 void MitsubaReader::finish_file_mesh(const Properties& of, bool flip_v, TriangleMesh& mesh) {
   if (of.boolean("flip_tex_coords", flip_v))
     for (vec2& uv : mesh.uvs) uv.y = 1 - uv.y;

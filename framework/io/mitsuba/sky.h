@@ -8,7 +8,7 @@
 
 namespace etendue {
 
-// Where and when the sun is seen; the defaults are Mitsuba's, a summer's afternoon in Tokyo.
+// The place and time at which the sun is seen; the defaults are Mitsuba's, a summer's afternoon in Tokyo.
 struct SunTime {
   int year = 2010, month = 7, day = 10;
   float hour = 15;                                                 // of the time zone's clock, with its minutes

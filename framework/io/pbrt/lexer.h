@@ -39,7 +39,7 @@ class PbrtLexer {
   SceneFiles& files() { return files_; }
   void know_as_scene() { is_scene_ = true; }
   bool is_scene() const { return is_scene_; }
-  // What was found, for a message: "the end of the file", "the string 'x'", or "a string" where the file may be no scene.
+  // Says what was found, for a message: "the end of the file", "the string 'x'", or "a string" where the file may be no scene.
   std::string describe(const Token& token) const;
   Location where(const Token& token) const { return {*file_, token.line, token.column}; }
 

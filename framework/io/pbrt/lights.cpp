@@ -19,7 +19,7 @@ vec3 placed(const PbrtParams& params, const Transform& t, const vec3& from) {
   return position;
 }
 
-// What scales all that the light emits.
+// The factor that scales all that the light emits.
 Rgb emission(const Light& light) {
   struct Visitor {
     Rgb operator()(const AreaLight& l) const { return l.radiance; }
@@ -38,7 +38,7 @@ vec3 unit_direction(const PbrtParams& params, const Transform& t, const vec3& fr
   return vec3(direction / length);
 }
 
-// What pbrt-v4 takes for the illuminance of a surface that faces +z: half of what the upper half of the map brings it.
+// The illuminance of a surface that faces +z, as pbrt-v4 takes it: half of what the upper half of the map brings it.
 double illuminance_of(const EnvironmentLight& map) {
   double sum = 0;
   for (int y = 0; y < map.size.y; ++y) {

@@ -253,7 +253,7 @@ float PbrtReader::most_of(const TexturedRgb& colour) const {
   return most;
 }
 
-// What coat and metal reflect together straight on, their mutual reflections summed.
+// Takes what coat and metal reflect together straight on, their mutual reflections summed.
 Material PbrtReader::make_coated_conductor(const PbrtParams& params) {
   approximate(params.where(), "material \"coatedconductor\" is not supported",
               "a conductor that reflects as much straight on, as rough as the rougher of the two layers");

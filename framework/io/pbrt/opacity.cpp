@@ -1,4 +1,4 @@
-// What shapes let through: their alpha, in the opacity of their material, as masks of the scene's shapes.
+// Alpha of shapes and opacity of their materials, as masks of the scene's shapes.
 //
 // What varies over (u, v) is asked where rays meet it. What varies by the place, and on lights, is cut away as holes in the
 // mesh.

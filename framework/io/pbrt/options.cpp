@@ -191,7 +191,7 @@ void PbrtReader::read_crop(const PbrtParams& params) {
   }
 }
 
-// By what the film scales its image: light is scaled instead, which is the same.
+// Reads by what the film scales its image: light is scaled instead, which is the same.
 void PbrtReader::read_exposure(const PbrtParams& params) {
   constexpr float most = 1e9f;
   exposure_ = Rgb(params.number("scale", 1, 0, most) * params.number("exposuretime", 1, 0, most) *

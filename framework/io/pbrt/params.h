@@ -26,8 +26,8 @@ inline constexpr std::size_t most_params = 1000;
 // Those that an Attribute gives to what follows. Every block that opens keeps the list, and shares their values.
 using PbrtDefaults = std::vector<std::shared_ptr<const PbrtParam>>;
 
-// What a colour stands for, which says how spectra become RGB and which values are possible. A factor is a texture's value,
-// which others may scale.
+// Tells what a colour stands for, which says how spectra become RGB and which values are possible. A factor is a texture's
+// value, which others may scale.
 enum class ColourUse : std::uint8_t { reflectance, factor, index, light };
 
 class PbrtParams {

@@ -51,7 +51,7 @@ class PbrtReader {
   static const Directive* find_directive(std::string_view name);
   [[noreturn]] static void fail_unknown_directive(const PbrtLexer& lexer, const Token& token);
 
-  // Why nothing can be placed by a transform.
+  // Says why nothing can be placed by a transform.
   struct Singular {
     Location where;
     std::string why;
@@ -60,7 +60,7 @@ class PbrtReader {
     Transform transform;
     std::optional<Singular> singular;
   };
-  // What AttributeBegin saves.
+  // The state that AttributeBegin saves.
   struct Attributes {
     Placement ctm;
     bool end_only = false;  // transforms are those of the end of motion, which nobody sees here

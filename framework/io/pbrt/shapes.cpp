@@ -60,7 +60,8 @@ std::ptrdiff_t count_stretched(const TriangleMesh& mesh, bool shows_texture) {
   });
 }
 
-// What 'discarddegenerateUVs' asks for: no texture coordinates where two corners of a triangle of some size have the same ones.
+// Does what 'discarddegenerateUVs' asks for: it drops texture coordinates where two corners of a triangle of some size have the
+// same ones.
 void discard_degenerate_uvs(TriangleMesh& mesh) {
   if (mesh.uvs.empty() || mesh.normals.empty()) return;
   const auto is_degenerate = [&](const uvec3& t) {

@@ -33,7 +33,7 @@ Field mapped_field(const Field& field, const std::function<Rgb(const Rgb&)>& map
 Field combined_field(const PbrtParams& params, std::vector<Field> fields,
                      const std::function<Rgb(const TexturePlace&, std::span<const Field>)>& combine);
 
-// Where a two-dimensional texture is looked up: "uv", "planar", "spherical" or "cylindrical".
+// Says where a two-dimensional texture is looked up: "uv", "planar", "spherical" or "cylindrical".
 struct TextureMapping {
   enum class Kind : std::uint8_t { uv, planar, spherical, cylindrical } kind = Kind::uv;
   vec2 scale{1}, offset{0};

@@ -19,7 +19,7 @@ class PbrtWriter {
   PbrtText write();
 
  private:
-  // What a surface is, and whether it emits.
+  // Says what a surface is made of, and whether it emits.
   struct Look {
     std::string material;
     bool flip_normal = false;
