@@ -1,4 +1,5 @@
-// What a method keeps beside the scene, the structure and the image: an estimate from its parameters, before it is prepared.
+// The memory that a method keeps beside the scene, the structure and the image: an estimate from its parameters, before it is
+// prepared.
 //
 // Bytes per photon and per pixel were measured (tests/unit/memory_forecast_test.cpp holds the sums to the bytes): a photon
 // takes 46 bytes (Photons), and up to 115 while a map is built, its structure included; a pixel takes what the method notes of

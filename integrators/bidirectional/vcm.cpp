@@ -68,7 +68,7 @@ class Vcm final : public Integrator {
   LightPaths light_paths_;
   VcmMerges merges_;
   std::vector<dvec3> splats_;
-  // Where the filter is signed: of each pixel's camera paths, weighted, the weights, and the splats.
+  // Holds, where the filter is signed, what each pixel's camera paths see (weighted), their weights, and the splats.
   struct Signed {
     dvec3 seen{0}, splats{0};
     double weights = 0;

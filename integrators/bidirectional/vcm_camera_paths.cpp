@@ -126,7 +126,7 @@ void VcmCameraPaths::ask_joints(const SurfacePoint& point, const vec3& wo, Camer
 
 bool VcmCameraPaths::ask_light_sample(const SurfacePoint& point, const vec3& wo, Sampler& sampler) {
   const vec2 u = sampler.get_2d();
-  // From where the shadow ray starts, as in sample_direct_light.
+  // The light is sampled from where the shadow ray starts, as in sample_direct_light.
   const auto light = context_.lights.sample(ray_origin(point, wo), u);
   if (!light || is_black(light->radiance)) return false;
   memory_.light_samples.push_back(*light);
@@ -164,7 +164,7 @@ void VcmCameraPaths::join() {
   memory_.connections.clear();
 }
 
-// What the path gains if nothing blocks the ray.
+// Adds what the path gains if nothing blocks the ray.
 inline void VcmCameraPaths::gain(const CameraWalk& walk, const Rgb& value, const Ray& shadow_ray) {
   Gain& gain = memory_.gains.append();
   gain.radiance = walk.radiance;

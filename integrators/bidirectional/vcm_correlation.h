@@ -41,7 +41,7 @@ struct TrailVertex {
   }
 };
 
-// Where a path begins, in the unit of its first vertex's `own`.
+// The start of a path, in the unit of its first vertex's `own`.
 struct TrailLight {
   float direct = 0;  // with which a next event finds the light from the first vertex
   float hit = 0;     // with which the camera's part meets it; 0: cannot. Left open where the light's part is known

@@ -148,7 +148,7 @@ class LightPaths::Tracer {
     return true;
   }
 
-  // What was found event by event, path by path.
+  // Brings what was found event by event into the order of the paths.
   void keep_in_order(std::uint32_t count) {
     chunk_.path_end.assign(count, 0);
     for (const Found& found : memory_.found) ++chunk_.path_end[found.path];

@@ -9,7 +9,7 @@
 
 namespace etendue {
 
-// What a camera path keeps of its vertices, and the distance to its first one.
+// Holds what a camera path keeps of its vertices, and the distance to its first one.
 struct CameraTrail {
   std::vector<TrailVertex> vertices;
   float first_distance_squared = 0;
@@ -48,7 +48,7 @@ class VcmMerges {
 
   VcmSettings settings_;
   std::vector<vec3> positions_;
-  // Where weights ask for it, of each photon: copied, so that one look finds the densities.
+  // Holds copies of each photon's densities where weights ask for them, so that one look finds them.
   struct Followed {
     TrailLight light;
     Trail vertices;

@@ -59,8 +59,8 @@ struct MisPartials {
     vm *= cos_out * stretch;
   }
 
-  // What remains of a part that another strategy joins to at this vertex, its reverse density there given.
-  // [Georgiev2012b] eq. 40, 41, 44-46 (the factor of the joining edge aside).
+  // The rest of a part that another strategy joins to at this vertex, its reverse density there given. [Georgiev2012b] eq. 40,
+  // 41, 44-46 (the factor of the joining edge aside).
   float connected(float merge, float pdf_reverse) const { return merge + vcm + vc * pdf_reverse; }
   // [Georgiev2012b] eq. 38, 39.
   float merged(float connect, float pdf_other) const { return vcm * connect + vm * pdf_other; }

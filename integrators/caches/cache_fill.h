@@ -1,7 +1,7 @@
 // Irradiance records over what the camera sees: how hemispheres are sampled for them, and levels of them (record_levels.h).
 //
-// A given number of records is met by bisecting the accuracy. What a point's hemisphere sees does not depend on the accuracy,
-// so each point is sampled once, however often the placement of records is repeated.
+// A given number of records is met by bisecting the accuracy. A point's hemisphere sees the same at any accuracy, so each point
+// is sampled once, however often the placement of records is repeated.
 #pragma once
 
 #include "integrators/caches/records/irradiance_records.h"

@@ -44,8 +44,8 @@ class IrradianceCache final : public RecordCache {
   // A camera path under way.
   struct CameraPath {
     CameraSample* sample;
-    // Where it adds the light it finds, and what it finds in place of the cache, which has no say as to lights that rough lobes
-    // meet.
+    // The path adds the light it finds to the first. To the second it adds what it finds in place of the cache, which holds
+    // nothing of lights that rough lobes meet.
     Rgb *found_light, *met_light;
     Rgb throughput{1};
     float eta_scale = 1, pdf_bsdf = 0, distance = 0;
@@ -196,7 +196,7 @@ void IrradianceCache::camera_samples(const RenderContext& context, float next_ac
   });
 }
 
-// What a camera path does where its ray ends; whether it goes on.
+// Handles what a camera path does where its ray ends; answers whether it goes on.
 bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, CameraPath& path, Ray& ray,
                            const SurfacePoint* met, int depth, Wavefront<CameraPath>& wave) const {
   CameraSample& out = *path.sample;
@@ -222,7 +222,7 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
   if (found && !bsdf.has_specular()) return false;
   bool rough_misses = false;
   if (rough_ && rough_->answers(point.material) && has_records) {
-    // The BSDF's sample only finds lights from here on, against which the light sample was weighed.
+    // From here on the BSDF's sample finds lights alone, which are MIS-weighted with the light sample.
     path.only_emission = add_rough(context, visit, next_accuracy, out);
     rough_misses = !path.only_emission;
   }

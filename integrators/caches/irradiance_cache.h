@@ -14,11 +14,12 @@
 // record answers there as far as four times the accuracy, since a given number leaves gaps that paths would fill with noise.
 //
 // With `fill = "closed-form"` records are exact (closed_form_irradiance.h): what is left is the error of interpolation and of
-// where records lie. It needs a scene whose answer is known, and `cache_direct`, since that answer is of all light; there too
-// the nearest record answers in a gap, and camera rays go through the centres of pixels, so that there is no noise at all and
-// pixels do not average errors away (of smooth light the centre's value is the pixel's mean, but for a second difference). What
-// judges by the distances that a hemisphere saw is not to be had (the geometric Hessian, the split sphere, Tabellion's metric),
-// and the occlusion Hessian is without its floor; the Hessian metrics judge by the true one. There are no extra samples.
+// where records lie. It needs a scene whose answer is known, and `cache_direct`, since that answer holds all light. Here, too,
+// the nearest record answers in a gap. Camera rays go through the centres of pixels, so that there is no noise at all and
+// pixels do not average errors away (where light is smooth the centre's value is the pixel's mean, but for a second
+// difference). Metrics that judge by the distances that a hemisphere saw cannot be used (the geometric Hessian, the split
+// sphere, Tabellion's), and the occlusion Hessian is without its floor; the Hessian metrics judge by the true Hessian. There
+// are no extra samples.
 //
 // With `fill = "exact-values"` records hold the same exact answer and gradients, but hemispheres are sampled as ever and say
 // how far a record serves: every metric as it is, without the noise of what records hold. It needs the same scenes.

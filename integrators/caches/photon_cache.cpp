@@ -87,7 +87,7 @@ void PhotonCache::prepare(RenderContext& context) {
   fill_before(context);
 }
 
-// What comes along the rays of a hemisphere, of which each has a map at its end.
+// Finds what comes along the rays of a hemisphere, each of which has a map at its end.
 void PhotonCache::gather(const RenderContext& context, std::span<PathSample> paths, int depth) const {
   static thread_local std::vector<Ray> rays;
   static thread_local std::vector<Hit> hits;

@@ -14,8 +14,8 @@
 //             serves as far as its kernel reached, within the spacings' bounds, at other accuracies in proportion. Curved
 //             surfaces count as flat over the kernel
 //
-// Where no record serves and on rough vertices that are not cached (rough metals and plastics), one gather ray per camera
-// sample, or the global map seen directly.
+// Where no record serves, and on rough vertices that are not cached (rough metals and plastics), one gather ray is traced per
+// camera sample, or the global map is seen directly.
 //
 // The cache refines as irradiance-cache does (integrators/caches/records/cache_progress.h). With `retrace`, photons are new
 // too: the caustic map's in every iteration; the global map's as often as the records begin another pass over their
@@ -33,11 +33,12 @@
 // number as the error that records state asks for (cache_progress.h), from the photons of the pilot on. With each step of its
 // growth records are made anew, so that no blur of coarser maps stays in them; what they gave to pixels fades by its weight.
 //
-// Biased: by the blur of the kernel's radius and its loss at edges (at gather rays' ends, or where it is seen). By default
-// photons are divided by their own hull, against that loss; it takes them for independent, and of those that come straight
-// from a light, of low discrepancy, it makes 0.6 % too little. With `refine` and `retrace` all else falls with iterations,
-// noise and interpolation error alike; without `retrace` the one map's own noise stays, without `refine` that of the records.
-// Depth as in irradiance-cache: records serve the camera depth they were made at, or all depths where the limit is above 16.
+// It is biased by the blur of the kernel's radius and its loss at edges (at gather rays' ends, or where it is seen). Against
+// that loss photons are by default divided by their own hull. The hull takes them for independent, and underestimates by 0.6 %
+// the light of those that come straight from a light, which have low discrepancy. With `refine` and `retrace` all else falls
+// with iterations, noise and interpolation error alike; without `retrace` the one map's own noise stays, without `refine` that
+// of the records. Depth as in irradiance-cache: records serve the camera depth they were made at, or all depths where the limit
+// is above 16.
 #pragma once
 
 #include "integrators/caches/record_cache.h"

@@ -11,8 +11,9 @@
 //
 // It is saved and loaded as irradiance-cache is; `lobe_samples` too may differ when it is loaded.
 //
-// Consistent with `refine` except for the order n of the harmonics: incident radiance is resolved only to about pi / n, which
-// blurs reflections by up to `left_out`. Biased without: by interpolation and the records' noise. Depth: as irradiance_cache.h.
+// It is consistent with `refine` except for the order n of the harmonics: incident radiance is resolved only to about pi / n,
+// which blurs reflections by up to `left_out`. Without `refine` it is biased by interpolation and the records' noise. Depth is
+// as in irradiance_cache.h.
 #pragma once
 
 #include "framework/structure_names.h"

@@ -118,7 +118,7 @@ class RecordCache : public Integrator, public FileCache {
   std::uint32_t round_of(std::uint32_t index) const { return progress_.refines ? standing_.first_round() + index : index; }
   bool shares_levels() const { return max_depth_ > shared_above; }
 
-  // What the centres of pixels see with less than `deepest` events before it.
+  // The points that the centres of pixels see with less than `deepest` events before them.
   std::vector<CachePoint> seen_points(const RenderContext& context, int deepest, const RoughMaterials* rough_materials) const;
   // Without records yet. `standing_` has begun, and `rough_` is there or not.
   void start(const RenderContext& context, const CacheSettings& settings, std::vector<CachePoint> seen, float extra_samples);

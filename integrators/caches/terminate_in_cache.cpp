@@ -64,7 +64,7 @@ std::vector<Rgb> kept_below_limit(const RenderContext& context, CacheSettings se
   const std::size_t some = std::min(points, pixels.size());
   std::partial_sort(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(some), pixels.end(),
                     [](std::uint64_t a, std::uint64_t b) { return mix_bits(a) < mix_bits(b); });
-  // From the whole limit down to one event less than the deepest level has; two of each point.
+  // Paths have limits from the whole one down to one event less than the deepest level has; there are two of each point.
   const auto limits = static_cast<std::size_t>(deepest + 2);
   const std::size_t estimates = 2 * some;
   std::vector<dvec3> found(limits * estimates);

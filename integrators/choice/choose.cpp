@@ -10,8 +10,9 @@ namespace etendue {
 
 namespace {
 
-// Where the lines are drawn comes from ten methods over 33 scenes, most of them at 48 x 48 and 128 x 128 pixels, which are hard
-// on caches and kind to them: records serve all pixels, a path one. experiments/auto.toml judges the lines by all methods.
+// The thresholds come from ten methods over 33 scenes, most of them at 48 x 48 and at 128 x 128 pixels. The former are hard on
+// caches and the latter kind to them, since records serve all pixels and a path one. experiments/auto.toml judges the
+// thresholds by all methods.
 constexpr double default_iterations = 64;
 constexpr double rare_hits = 0.03;     // caustic hits over caustic light below which paths find too little of it
 constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen

@@ -3,7 +3,7 @@
 // The sphere is mapped to the unit square by (cos theta, phi), which preserves area, so that a density over the square is 4 pi
 // times that over solid angle. A quadrant that holds more than a share rho of the whole flux is divided, others are merged,
 // down to a depth; within a leaf the density is constant. Sums are kept in every inner node; what is sampled from keeps their
-// quotients instead (DirectionDensity), so that evaluating and sampling walk down once, without a division. Sampling warps the
+// quotients instead (DirectionDensity), so that evaluating and sampling descend once, without a division. Sampling warps the
 // square ([McCool1997]): stratified numbers stay stratified.
 #pragma once
 

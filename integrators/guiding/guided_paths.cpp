@@ -30,7 +30,7 @@ struct GuidedState {
   std::uint32_t last_event = no_id;
 };
 
-// The mixture that a path's light sample is weighted against.
+// The mixture with which a path's light sample is MIS-weighted.
 struct MixtureOfPath {
   float share;  // of the BSDF
   const DirectionDensity* directions;

@@ -2,7 +2,7 @@
 //
 // At every surface with a lobe that is not a delta, the BSDF is sampled with a probability that the guide has learnt, else the
 // guide. Both densities are known, so the mixture has a proper density wherever the BSDF has one: unbiased whatever the guide
-// has learnt (one-sample model, balance heuristic, [Veach1995]). The light sample is weighted against the mixture.
+// has learnt (one-sample model, balance heuristic, [Veach1995]). The light sample is MIS-weighted with the mixture.
 //
 // Russian roulette compares what the path is worth, its throughput times the indirect light that the cache knows of the place,
 // with what it was worth at its first diffuse surface ([Vorba2016], with that in place of the pixel's value, without

@@ -44,7 +44,7 @@ class ImageBlocks {
 
   void begin_block();
   void measure_running();
-  // What a group's pixels found in all samples, in luminance: their sum.
+  // The sums of what each group's pixels found in all samples, in luminance.
   std::vector<double> group_sums() const;
   // They weigh the blocks' samples for the pixels of a colour, from those of the other.
   std::vector<double> weights(std::size_t colour, const std::vector<double>& group_sums) const;

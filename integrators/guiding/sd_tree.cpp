@@ -46,8 +46,8 @@ SdTree::Place SdTree::find(const vec3& position, const vec3& normal) const {
   return {nodes_[node].leaf, size};
 }
 
-// With the stochastic filter: of a point drawn from a box about the position, of its own leaf's size. What is drawn depends on
-// the event alone.
+// With the stochastic filter it is the leaf of a point drawn from a box about the position, as large as the position's own
+// leaf. The point depends on the event alone.
 std::uint32_t SdTree::leaf_to_teach(std::uint32_t leaf, const vec3& position, const vec3& normal, const vec2& square) const {
   if (!options_.stochastic) return leaf;
   const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };

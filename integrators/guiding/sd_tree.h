@@ -94,7 +94,7 @@ class SdTree {
     std::uint32_t leaf;
     vec3 size;  // of the leaf
   };
-  // What a leaf learns in a block.
+  // Holds what a leaf learns in a block.
   struct Lesson {
     DirectionTree directions;
     std::array<std::array<double, bsdf_shares.size()>, 2> second_moments{};  // per candidate

@@ -27,7 +27,7 @@ SamplerOf<F> read_numbers(const Paths& path) {
           {WideLongBits::load(pcg_state), WideLongBits::load(increment)}};
 }
 
-// What drawing numbers changed, of the first `count`.
+// Writes back what drawing numbers changed, of the first `count`.
 template <class Paths>
 void write_numbers(const SamplerOf<F>& numbers, int count, const Paths& path) {
   if (numbers.kind == SamplerKind::sobol) {

@@ -33,7 +33,7 @@ struct Rows {
   vec3 get_vec(int column, int row) const { return {get(column, row), get(column + 1, row), get(column + 2, row)}; }
 };
 
-// What the file gives at the corners.
+// Loads what the file gives at the corners.
 inline CornerValues<F> corner_values(const Object& world, const Hit* hits, const std::uint32_t* which) {
   Rows<17> rows{};
   for (int row = 0; row < width; ++row) {

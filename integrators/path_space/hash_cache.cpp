@@ -58,8 +58,8 @@ struct TileWavefront {
   std::vector<std::uint32_t> last_events;  // of the pixels
 };
 
-// What a path does at a diffuse surface. Where it teaches, the event before has its value from the surface's cell, as if the
-// path ended there, and the path goes on for that cell's sake.
+// Says what a path does at a diffuse surface. Where it teaches, the event before has its value from the surface's cell, as if
+// the path ended there, and the path goes on for that cell's sake.
 enum class Onward { ends, teaches, follows };
 
 class HashCache final : public Integrator, public FileCache {
@@ -146,7 +146,7 @@ void HashCache::read(const RenderContext& context, ByteReader& body) {
   grid_->read(body, depths(context.max_depth(params_.max_depth)));
 }
 
-// Emission that a ray meets, weighted against the light sample at the ray's origin. For a ray from an event it is direct light
+// Emission that a ray meets, MIS-weighted with the light sample at the ray's origin. For a ray from an event it is direct light
 // of that surface, which is not part of the event's value.
 void HashCache::meet_light(const RenderContext& context, const HashedState& state, const Ray& ray, const SurfacePoint* point,
                            Pixel& pixel, TileWavefront& wave) const {

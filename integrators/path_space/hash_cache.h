@@ -22,7 +22,7 @@
 // s^(n-1) of the paths where cells are shared, on s of them else. So s = `trace_on` times the relative scatter of values about
 // their cells' means (at least 1), taken over the whole scene: if each cell decided by its own values, paths would end with
 // means that are too low and go on from those that are too high. Roulette compares an event's value with the event before, not
-// with the pixel, because the value counts in full in its own cell. Light that a direction meets is weighted against the light
+// with the pixel, because the value counts in full in its own cell. Light that a direction meets is MIS-weighted with the light
 // sample at its origin, except where a value ends with a cell and follows no direction.
 //
 // A cache can be saved and loaded. It then continues for any view of the scene as if its earlier samples had been the first of

@@ -63,7 +63,7 @@ void transfer(const Io& io, Key& at, PlaneMoments& cell) {
 
 }  // namespace
 
-// Where the key is, or the free slot where it would be.
+// The slot of the key, or the free slot where it would be.
 std::size_t PathSpaceGrid::Table::slot_of(const Key& key) const {
   const std::size_t mask = slots.size() - 1;
   std::size_t i = hash(key.cell, key.tag) & mask;
@@ -199,7 +199,7 @@ std::optional<Rgb> PathSpaceGrid::mean(const vec3& position, const vec3& normal,
   return std::nullopt;
 }
 
-// Where a point is looked up in cells of a level: beside it, or where it is if nothing answers there.
+// The place at which a point is looked up in cells of a level: beside it, or its own if nothing answers there.
 std::optional<PathSpaceGrid::Place> PathSpaceGrid::jittered(const Place& at, const vec3& position, const vec3& offset,
                                                             int level, float enough) const {
   const Place beside = place(position + edge(level) * offset, at.tag);

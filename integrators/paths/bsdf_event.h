@@ -1,4 +1,4 @@
-// What the BSDFs that a wave meets say, many at once: written over lanes as path_event.h is, and compiled with it.
+// Answers of the BSDFs that a wave meets, many at once: written over lanes as path_event.h is, and compiled with it.
 #pragma once
 
 #include "framework/scene/triangle_surface.h"

@@ -1,4 +1,4 @@
-// Emission that a path meets by BSDF sampling, weighted against light sampling at the vertex before.
+// Emission that a path meets by BSDF sampling, MIS-weighted with light sampling at the vertex before.
 #pragma once
 
 #include "framework/transport/direct_light.h"

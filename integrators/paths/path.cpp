@@ -66,7 +66,7 @@ class PathWave {
              bool count_emission, const PathEnd* end, const PathCaustics* caustics);
 
  private:
-  // What becomes of the paths after `depth` events. `first`: before their first hits; `counts`: emission counts.
+  // One step of the paths after `depth` events. `first`: before their first hits; `counts`: emission counts.
   struct Event {
     const RenderContext& context;
     const PathSettings& settings;

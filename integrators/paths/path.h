@@ -58,11 +58,12 @@ struct PathSample {
   bool in_core = false;              // the path left that one in a direction in which caustics are the path's own
 };
 
-// Where paths may end early: at diffuse surfaces whose indirect light something else knows.
+// Paths may end early at diffuse surfaces whose indirect light something else knows.
 class PathEnd {
  public:
   virtual ~PathEnd() = default;
-  // What a surface reflects towards wo apart from direct light, after `depth` scattering events; empty: the path goes on.
+  // The radiance that a surface reflects towards wo apart from direct light, after `depth` scattering events; empty: the path
+  // goes on.
   virtual std::optional<Rgb> reflected(const SurfacePoint& point, const Diffuse& material, const vec3& wo, int depth) const = 0;
   // How direct light is sampled at such a surface: `light` for all of it; `bsdf` if `reflected` includes it but for lights that
   // no ray can hit.
@@ -77,7 +78,7 @@ class PathCaustics {
   virtual bool gathers_at(std::uint32_t material) const = 0;
   // Is light from a direction of this BSDF density (1/sr) left to paths?
   virtual bool leaves(std::uint32_t material, float pdf_bsdf) const = 0;
-  // What a surface of such a material reflects of the rest towards wo, with `depth` scattering events before that one.
+  // The part of the rest that a surface of such a material reflects towards wo, with `depth` scattering events before that one.
   virtual Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                         int depth) const = 0;
 };
@@ -90,7 +91,7 @@ void trace_paths(const RenderContext& context, std::span<PathSample> paths, int 
 
 // A camera ray for a pixel, its place drawn from the pixel's filter (and over the lens where it is open).
 Ray sample_camera_ray(const RenderContext& context, ivec2 pixel, Sampler& sampler);
-// What the sample `index` of a pixel counts: 1, or -1 where it fell on a negative part of the filter.
+// The weight of the sample `index` of a pixel: 1, or -1 where it fell on a negative part of the filter.
 inline float sample_weight(const RenderContext& context, ivec2 pixel, std::uint32_t index) {
   const auto& filter = context.scene.filter;
   return filter ? filter->weight(pixel_index(pixel, context.resolution), index) : 1.0f;

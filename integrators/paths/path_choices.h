@@ -1,5 +1,5 @@
-// What path tracing decides by looking at a scene: which samples are to find direct light, and how early roulette may end
-// paths.
+// Decisions that path tracing makes by looking at a scene: which samples are to find direct light, and how early roulette may
+// end paths.
 #pragma once
 
 #include "integrators/paths/path.h"

@@ -1,4 +1,4 @@
-// What paths do at a surface: direct light by one light sample, then a direction in which they go on.
+// A path's event at a surface: direct light by one light sample, then a direction in which the path goes on.
 //
 // Written over lanes (framework/core/lanes.h): one path, or one in each lane, all at surfaces of one material. trace_paths
 // (path.h) sorts the paths of a wave so; integrators/lanes/ compiles this for each instruction set.
@@ -16,7 +16,7 @@
 
 namespace etendue {
 
-// A path under way: what it carries to its next hit.
+// A path under way: what it takes along to its next hit.
 struct PathState {
   PathSample* path;
   Rgb throughput{1};
@@ -132,7 +132,7 @@ RayLanes<F> shadow_ray(const SurfaceOf<F>& point, const LightSampleOf<F>& light)
   return {origin, select(infinite, light.wi, light.end - origin), select(infinite, F(infinity), F(1 - 4 * unit_roundoff))};
 }
 
-// What a light sample brings; black where nothing comes of it.
+// The light that a light sample brings; black where nothing comes of it.
 template <class F>
 struct GainLanes {
   Vec3<F> radiance{0.0f};

@@ -10,7 +10,7 @@
 
 namespace etendue {
 
-// What of a wave met a surface, in runs of one kind: one material, on triangles or other surfaces, ended or not.
+// The part of a wave that met a surface, in runs of one kind: one material, on triangles or other surfaces, ended or not.
 class Runs {
  public:
   void reset(std::size_t kinds) { starts_.assign(kinds + 1, 0); }

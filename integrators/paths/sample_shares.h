@@ -1,11 +1,11 @@
-// How many camera samples each pixel takes in an iteration: more where earlier ones scattered.
+// The numbers of camera samples that pixels take in an iteration: more where earlier ones scattered.
 //
 // Where a cache gives smooth light, the remaining noise is at outlines and in penumbrae. Each pixel takes one sample per
-// iteration. Further samples are as many for each pixel at first, and as long as sharing them out would leave most of the
-// variance; none where the samples of a pixel hardly differ, however much its neighbours do. Else they are shared out in
-// proportion to the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i is least for n_i ~
-// sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours, since an outline that just enters
-// a pixel is often seen first beside it.
+// iteration. At first, and as long as sharing them out would leave most of the variance, each pixel takes as many further
+// samples as any other. A pixel whose samples hardly differ takes none, however much its neighbours do. Else further samples
+// are shared out in proportion to the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i
+// is least for n_i ~ sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours, since an
+// outline that just enters a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
 // has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).

@@ -7,7 +7,7 @@
 
 namespace etendue {
 
-// `State`: what a path under way carries to its next hit. `Gained`: what arrives where a shadow ray is free.
+// `State`: what a path under way takes along to its next hit. `Gained`: what arrives where a shadow ray is free.
 template <class State, class Gained = PathGain>
 class Wavefront {
  public:

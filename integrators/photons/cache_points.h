@@ -1,4 +1,4 @@
-// Where irradiance is cached: diffuse surfaces, unless they are black, and the diffuse base under a smooth coat.
+// Irradiance is cached on diffuse surfaces, unless they are black, and on the diffuse base under a smooth coat.
 #pragma once
 
 #include "framework/integrator.h"

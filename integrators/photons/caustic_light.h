@@ -43,12 +43,12 @@ void describe_caustics(Visitor& v, CausticParams& p) {
             "emitted for that map in every iteration; 0: three for each pixel, but no fewer than 20,000");
 }
 
-// As long as v emissions have brought nothing, there is the next one with a chance of 1 / v, and it counts v times: the mean is
+// As long as v emissions have brought nothing, the next one takes place with a chance of 1 / v and counts v times. The mean is
 // that of emissions in every iteration, and n iterations have some sqrt(2 n). Once one has brought something, all iterations
 // have theirs.
 class RareEmission {
  public:
-  // What an emission counts now; 0: there is none. `u`: uniform in [0, 1).
+  // The weight of an emission now; 0: there is none. `u`: uniform in [0, 1).
   float weight(float u) const { return u * expected() < 1 ? expected() : 0; }
   void emitted(bool brought) {
     found_ = found_ || brought;
@@ -94,7 +94,7 @@ class CausticLight final : public PathCaustics {
   std::optional<RoughMaterials> lobes_;  // whose cores are left to paths; none: no lobe's
 };
 
-// What a camera path has been through, to tell which emission the map has.
+// Notes what a camera path has been through, to tell which emission the map holds.
 class CausticChain {
  public:
   bool holds_emission() const { return by_map_ && by_delta_; }

@@ -1,4 +1,4 @@
-// How many camera paths a pixel takes for emission and direct light, where photons bring the rest.
+// The number of camera paths that a pixel takes for emission and direct light, where photons bring the rest.
 //
 // A pixel on the outline of a lamp, or of its image in glass, is bright by chance: a path meets the lamp or does not, and that
 // scatters more than the photons do, of which a kernel holds dozens. Paths that gather nothing cost little. So a pixel takes
@@ -23,7 +23,7 @@ class DirectShares {
 
   // The weight of what a pixel's own camera path finds.
   float share(std::size_t pixel) const { return 1 / (1 + static_cast<float>(count(pixel))); }
-  // What the further paths of a pixel find in this iteration, with their share.
+  // The radiance that the further paths of a pixel find in this iteration, times their share.
   Rgb further(const PhotonCameraPath& walk, ivec2 pixel, std::uint32_t iteration) const;
 
  private:

@@ -76,7 +76,7 @@ class DiscCoverage {
     std::uint32_t probes = 0, gathers = 0;  // trials are not among the probes
     bool masked = false;                    // a probe met a surface that lets rays through
   };
-  // What is measured at a time: discs, and their probes one disc after the other.
+  // Holds what is measured at a time: discs, and their probes one disc after the other.
   struct Probes {
     struct OfDisc {
       const Disc* disc;
@@ -100,7 +100,7 @@ class DiscCoverage {
   template <class Body>
   void for_points(const RenderContext& context, const Disc& disc, const Points& points, const Body& body) const;
   Aim aim(const GatherPoint& at, float radius, const vec2& u) const;
-  // What the probe makes of the surface that its ray met.
+  // The share that the probe adds for the surface that its ray met.
   float covered(const RenderContext& context, const GatherPoint& at, float radius, const Aim& aim, Hit hit, SurfacePoint point,
                 const NearWalls& walls) const;
 

@@ -84,7 +84,7 @@ std::uint32_t EmissionGuide::grow(std::span<Pilot> pilots, const Cell& cell, int
   if (depth >= deepest || tally.count < fewest_pilots || tally.useful_count < fewest_useful) return id;
 
   int best = widest_difference(pilots, cell, 2, 0.98f * tally.root());
-  // What lies in the middle makes no halves differ, but quarters; those of few useful pilots differ by chance.
+  // A useful region in the middle makes quarters differ and not halves; quarters of few useful pilots differ by chance.
   if (best < 0 && tally.useful_count >= fewest_useful_of_quarters)
     best = widest_difference(pilots, cell, 4, 0.95f * tally.root());
   if (best < 0) return id;

@@ -1,4 +1,5 @@
-// Where indirect light comes from, estimated from the photons around a point: a density for gather rays ([Jensen1995]).
+// The directions that indirect light comes from, estimated from the photons around a point: a density for gather rays
+// ([Jensen1995]).
 //
 // The hemisphere is mapped to the unit square by the inverse of the concentric map, so that uniform light has a uniform density
 // there. Each of the nearest photons adds the light that the point reflects of it to an 8 x 8 grid, over a square two cells

@@ -34,7 +34,7 @@ float over_triangle(Kernel kernel, float radius, const vec2& a, const vec2& b) {
   return sum * step * 0.5f * inv_pi;
 }
 
-// What a point sees along its tangent plane.
+// The part of its tangent plane that a point sees.
 struct TangentView {
   const RenderContext& context;
   const vec3& position;

@@ -1,9 +1,9 @@
 // A camera path past all specular-like vertices (see integrators/photons/photons.h) to the rough vertices it meets.
 //
-// At a rough vertex the path ends, unless a delta lobe (a smooth coat's) is sampled there: it carries the path on. Of a narrow
-// rough lobe the path follows the core if the caller gathers the lobe tails, else all of it. Returned is the light that needs
-// no photons: emission the path meets, and what light sampling finds at narrow rough lobes, weighted against each other where
-// both can find it.
+// At a rough vertex the path ends, unless a delta lobe (a smooth coat's) is sampled there, by which it goes on. The path
+// follows the core of a narrow rough lobe if the caller gathers the lobe tails, else all of it. Returned is the light that
+// needs no photons: emission the path meets, and what light sampling finds at narrow rough lobes, MIS-weighted where both can
+// find it.
 #pragma once
 
 #include "framework/transport/ray_tools.h"

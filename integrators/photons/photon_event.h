@@ -1,4 +1,4 @@
-// What photons do at a surface: some are stored, and some go on.
+// A photon's event at a surface: some photons are stored, and some go on.
 //
 // Written over lanes (framework/core/lanes.h): one photon, or one in each lane, all at surfaces of one material. trace_by_power
 // (photons.cpp) sorts a wave of photons so; integrators/lanes/ compiles this for each instruction set. Photons that are emitted
@@ -32,7 +32,7 @@ struct StoredPhoton {
   Layer layer = 0;
 };
 
-// What a material means to a pass of photons.
+// Says what a material means to a pass of photons.
 struct PhotonRules {
   bool stores;         // photons land on the material
   bool rough;          // RoughMaterials
@@ -58,7 +58,7 @@ struct PhotonEvents {
   std::size_t going_on = 0;
 };
 
-// By what a photon is emitted; its power is multiplied by `share`.
+// The numbers by which a photon is emitted; its power is multiplied by `share`.
 struct PhotonStart {
   EmissionNumbers numbers;
   float share;
@@ -125,7 +125,7 @@ Mask<F> scatter_photon(const M& material, const Point& point, const Colours& col
   Vec3<F> weight{0.0f}, wi = normal;
   Mask<F> general = true, ends = false;
   if constexpr (std::is_same_v<M, Diffuse>) {
-    // What the general case comes to where the normals are one, with the weight known beforehand.
+    // The general case comes to this where the normals are one, with the weight known beforehand.
     general = !((point.shading_normal.x == point.normal.x) & (point.shading_normal.y == point.normal.y) &
                 (point.shading_normal.z == point.normal.z));
     weight = colour(material.reflectance);

@@ -236,7 +236,7 @@ const Neighbours& PhotonMap::nearest(const vec3& position, int k) const {
 float PhotonMap::distance_to(const RenderContext& context, int k, const GatherPoint& at, float r_max, float guess) const {
   if (photons_.empty() || k < 1) return r_max;
   static thread_local Neighbours on_side;
-  // From zero it would not grow.
+  // A radius of zero would not grow.
   const float first = std::max(guess > 0 ? guess : 0.25f * radius_, std::numeric_limits<float>::min());
   const auto nearer = [](const Neighbour& a, const Neighbour& b) { return a.distance_squared < b.distance_squared; };
   for (float r = std::min(r_max, first);; r = std::min(r_max, 1.6f * r)) {

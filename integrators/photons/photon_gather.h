@@ -8,15 +8,15 @@
 // of that radius, and the mixture is unbiased still: with n ~ Poisson, E = density (P(n >= k - 1) + P(n <= k - 2)). With k = 0
 // the radius is fixed.
 //
-// With `widen`, a disc of fixed radius takes the place of that over the k nearest where photons lie evenly: it holds about
-// 4.5 k, whose noise is less, and no kernel has bias there. [Schregle2003] lets the number of photons grow as long as what that
-// changes of the estimate passes for noise. Here moments decide that do not depend on the estimate (disc_moments.h), and once
-// for each block of photons along the curve, as that costs less than at every look-up: those of the 8 k photons about its
-// middle. A point takes the least radius of the blocks of its k nearest photons whose middle it lies near, if all of these
-// pass, all k photons count and no wall is near: at borders and in sharp caustics the k nearest stay. What is bright by chance
-// passes as often as what is dark, and photons are few that do not pass, so that even light keeps its mean. Unevenness that 8 k
-// photons do not tell from chance (ripples finer than the disc, a border at its rim) is blurred as by the wider disc, which
-// vanishes with `share` as the blur of the k nearest does.
+// With `widen`, a disc of fixed radius takes the place of that over the k nearest where photons lie evenly: it holds about 4.5
+// k, whose noise is less, and no kernel has bias there. [Schregle2003] lets the number of photons grow as long as the change of
+// the estimate passes for noise. Here moments decide, which do not depend on the estimate (disc_moments.h). They decide once
+// for each block of photons along the curve, by the 8 k photons about its middle, since that costs less than at every look-up.
+// A point takes the least radius of the blocks of its k nearest photons whose middle it lies near, if all of these pass, all k
+// photons count and no wall is near: at borders and in sharp caustics the k nearest stay. What is bright by chance passes as
+// often as what is dark, and photons are few that do not pass, so that even light keeps its mean. Unevenness that 8 k photons
+// do not tell from chance (ripples finer than the disc, a border at its rim) is blurred as by the wider disc, which vanishes
+// with `share` as the blur of the k nearest does.
 //
 // What stays is the bias of the kernel's width: smooth irradiance blurs by kappa r^2 laplacian(E) (kappa = 1/8 box, 1/12
 // Epanechnikov, 3/40 cone), and within r of an edge the part of the disc off the surface is missing (one half at the edge):
@@ -33,7 +33,7 @@
 
 namespace etendue {
 
-// What the photons are divided by: the whole disc, the part the point sees, or the photons' hull.
+// Says what the photons are divided by: the whole disc, the part the point sees, or the photons' hull.
 enum class Edges : std::uint8_t { disc, visible, hull };
 constexpr auto names_of(Edges) { return std::array{"disc", "visible", "hull"}; }
 
@@ -138,7 +138,7 @@ class GatherPoint {
   Rgb constant_reflectance_;
 };
 
-// What a photon makes a point reflect (f_r times power, in W/sr), and where it lies, seen from there.
+// Holds what a photon makes a point reflect (f_r times power, in W/sr), and where the photon lies, seen from there.
 struct GatheredPhoton {
   Rgb reflected;
   vec3 offset;
@@ -153,7 +153,7 @@ class PhotonMap {
   // With them, photons that the side test lets pass are refused where a wall hides them.
   void set_walls(std::shared_ptr<const WallGrid> walls) { walls_ = std::move(walls); }
 
-  // What `estimate` finds, and within which radius.
+  // Holds what `estimate` finds, and within which radius.
   struct Estimate {
     Rgb radiance{0};
     float radius = 0;            // metres; 0: there are no photons
@@ -202,7 +202,7 @@ class PhotonMap {
   std::size_t size() const { return photons_.size(); }
   const Photons& photons() const { return photons_; }  // along a curve
   float radius() const { return radius_; }             // the fixed one, or the largest of the search
-  // What may hide photons within the radius of a point.
+  // The walls that may hide photons within the radius of a point.
   NearWalls near_walls(const vec3& position, const vec3& normal, float radius) const {
     return walls_ ? walls_->near(position, normal, radius) : NearWalls();
   }
@@ -212,7 +212,7 @@ class PhotonMap {
   // Those of the photons that count at the point and that no wall hides from it, in their order.
   std::span<Neighbour> counting(const RenderContext& context, const GatherPoint& at, std::span<const Neighbour> near,
                                 const NearWalls& walls) const;
-  // In a buffer of this thread's.
+  // The answer lies in a buffer of this thread.
   const Neighbours& within(const vec3& position, float radius) const;
   const Neighbours& nearest(const vec3& position, int k) const;
   float automatic_radius() const;

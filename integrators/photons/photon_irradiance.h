@@ -45,7 +45,7 @@ class PhotonIrradiance {
 
   // How far a sample point answers whose kernel has that radius, in metres.
   float reach(const GatherPoint& at, float radius) const;
-  // What the photons about a sample point say; computes it, and its reach, if no thread has.
+  // The estimate by the photons about a sample point. Computes it, and how far it answers, if no thread has.
   const PhotonMap::Estimate& estimate(const RenderContext& context, std::uint32_t id) const;
 
   std::unique_ptr<PointQuery> query_;

@@ -81,7 +81,7 @@ Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray,
   return direct_.share(sample.pixel) * (met + reflected_direct) + seen;
 }
 
-// What a rough vertex reflects of all but direct light, seen by a camera path with `depth` events before this one.
+// The radiance that a rough vertex reflects of all but direct light, seen by a camera path with `depth` events before this one.
 Rgb PhotonMapping::reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
                              int depth, CameraSample& sample) const {
   const int remaining = max_depth_ - depth - 1;

@@ -1,4 +1,4 @@
-// One photon's path: emitted, traced, stored where rough vertices catch it. For integrators/photons/photons.cpp and its
+// One photon's path: emitted, traced, stored where rough vertices catch it. It serves integrators/photons/photons.cpp and its
 // emissions.
 #pragma once
 

@@ -139,9 +139,9 @@ class RoughMaterials {
 // those on the diffuse base are found by photons alone.
 bool gathers_coats(const RenderContext& context);
 
-// What theory expects of a method that follows narrow rough lobes, once it knows the scene. Light of lights that no ray can
-// meet, which comes to such a lobe by way of specular surfaces, is found by photons alone: on the lobes of metals and frosted
-// glass, where none are gathered, it is left out.
+// The expectation of a method that follows narrow rough lobes, once it knows the scene. Light of lights that no ray can meet,
+// which comes to such a lobe by way of specular surfaces, is found by photons alone: on the lobes of metals and frosted glass,
+// where none are gathered, it is left out.
 Expectation expectation_in(const RenderContext& context, const RoughMaterials& rough_materials, Expectation expected);
 
 enum class PhotonEmission : std::uint8_t { power, importance, visibility };

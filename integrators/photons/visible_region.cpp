@@ -121,7 +121,7 @@ std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const Rou
                                          const SeenOptions& options, float reach, int gather_rays, bool with_ends) {
   auto region = std::make_unique<VisibleRegion>(context.scene.bounds(), reach);
   const Eye eye{context, rough_materials, options};
-  // As GatherPoint::counts tests sides.
+  // The normal's side is chosen as GatherPoint::counts tests it.
   const auto mark = [&](const SurfacePoint& point, const Bsdf& bsdf, const Ray& last, float) {
     if (!options.side_test) return region->mark(point.position, reach);
     const vec3 normal = glm::dot(last.direction, point.normal) > 0 ? -point.normal : point.normal;

@@ -1,10 +1,10 @@
-// Where photons matter: the parts of space within reach of points at which they will be gathered.
+// The parts of space where photons matter: those near points at which they will be gathered.
 //
-// A grid over the scene's bounds, with a bit per octant of normals in each cell. `mark` sets those of every cell that a ball
-// touches, so that each photon within the ball is found to matter (and a few just outside): the region is never too small. With
-// a normal it sets the octants alone whose photons pass the side test there, so that the far side of a wall does not matter.
-// What lies outside the bounds, on infinite planes, counts to the nearest cell. Marking is safe from many threads, and its
-// result does not depend on their order.
+// A grid over the scene's bounds, with a bit per octant of normals in each cell. `mark` sets those of every cell that a sphere
+// touches, so that each photon within the sphere is found to matter (and a few just outside): the region is never too small.
+// With a normal it sets the octants alone whose photons pass the side test there, so that the far side of a wall does not
+// matter. What lies outside the bounds, on infinite planes, counts to the nearest cell. Marking is safe from many threads, and
+// its result does not depend on their order.
 #pragma once
 
 #include "framework/integrator.h"

@@ -65,7 +65,7 @@ bool NearWalls::crosses_plane(const vec3& end) const {
     if (!any(beyond)) continue;
     for (std::uint32_t i = first; i < std::min(first + 4, plane_count_); ++i) {
       if (beyond[i % 4] == 0) continue;
-      // Where the way meets the plane; not a number where floats cannot tell.
+      // The point where the way meets the plane; not a number where floats cannot tell.
       const vec3 at = position_ + here[i % 4] / (here[i % 4] - there[i % 4]) * (end - position_);
       if (!of_planes_[i]->is_beside(at, 4 * rounding_)) return true;
     }

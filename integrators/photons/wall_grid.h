@@ -1,4 +1,5 @@
-// Where walls may stand between a point and what it gathers: photons, light vertices, values computed beforehand.
+// A grid that tells where walls may stand between a point and what it gathers: photons, light vertices, values computed
+// beforehand.
 //
 // A gather of radius r counts what lies within r, and behind a thin wall, round a sharp fold or beyond a corner there is light
 // that never reaches the point. Two tests keep it out together. Both ends must face each other (the callers' side test), and
@@ -103,7 +104,7 @@ class NearWalls {
 
 class WallGrid {
  public:
-  // For gathers of at most `radius` (metres).
+  // The grid serves gathers of at most `radius` (metres).
   WallGrid(const Scene& scene, float radius);
 
   float radius() const { return radius_; }
@@ -136,7 +137,7 @@ class WallGrid {
 // The grid for gathers of `radius`: `grid` itself if it serves that radius and was not made for more than twice that.
 std::shared_ptr<const WallGrid> wall_grid(const Scene& scene, float radius, std::shared_ptr<const WallGrid> grid);
 
-// Where the way from a point `distance` away ends that must be free, if light came from unit `direction` over `flown` metres to
+// The end of the way that must be free from a point `distance` away, if light came from unit `direction` over `flown` metres to
 // land at `landed`.
 inline vec3 before_landing(const vec3& landed, const vec3& direction, float flown, float distance) {
   return landed + std::min(distance, 0.5f * flown) * direction;

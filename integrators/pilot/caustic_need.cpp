@@ -12,8 +12,8 @@ bool may_cast_caustics(const RenderContext& context) {
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits) {
   if (!context.needs.caustic_map) return false;
   if (context.lights.any_delta()) return true;
-  // The first is over the share of all light that comes by that way; more than where `auto` gives paths up, as a map beside
-  // them is cheap.
+  // The tenth is relative to the share of all light that comes by that way. It is more than that at which `auto` gives paths
+  // up, as a map beside them is cheap.
   return findings.unmet_caustics >= least_caustic_light ||
          (findings.caustic_light >= least_caustic_light &&
           findings.caustic_hits < std::min(enough_hits_of_cells * findings.caustic_light, enough_hits));

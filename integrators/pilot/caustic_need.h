@@ -10,8 +10,9 @@
 
 namespace etendue {
 
-// So many of the rays that leave a diffuse surface must meet a light by way of specular surfaces where most light is such:
-// four of the 256 rays of a record, which many pixels share, and a tenth, which is asked of all, of paths that share less.
+// This share of the rays that leave a diffuse surface must meet a light by way of specular surfaces if paths are to bring such
+// light: a tenth of its share in all light, or, for records, whose rays many pixels share, four in the 256 rays of one if that
+// is less.
 inline constexpr double enough_hits_of_records = 4.0 / 256, enough_hits_of_cells = 0.1;
 
 // Can light come to what is seen by way of mirrors or glass, or of lobes as good as such: those of frosted glass that is nearly

@@ -69,7 +69,7 @@ struct Probes {
   float brightest = 0;  // luminance of what they find so
 };
 
-// What one pixel of the small image found.
+// Holds what one pixel of the small image found.
 struct Seen {
   int vertices = 0, diffuse = 0, by_specular = 0;
   Probes diffuse_probes, glossy_probes;  // of diffuse vertices, and of the others
@@ -199,7 +199,7 @@ class Vertices {
     return hit;
   }
 
-  // What the next light sample sends from a point, spot or direction that glass alone hides.
+  // The light that the next light sample sends from a point, spot or direction that glass alone hides.
   Rgb through_glass(const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, Sampler sampler) const {
     constexpr int most_passed = 8;
     const auto light = small_.lights.sample(ray_origin(point, wo), sampler.get_2d());

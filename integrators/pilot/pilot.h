@@ -1,4 +1,4 @@
-// What a short run tells of a scene, before a method is chosen for it (integrators/choice/choose.h).
+// The findings of a short run about a scene, before a method is chosen for it (integrators/choice/choose.h).
 //
 // The pilot looks at a small image of about `pilot_pixels` pixels, however large the real one is. It traces
 //

@@ -8,7 +8,7 @@ static_assert(RadiusPolicy<ChiSquaredRadius>);
 
 namespace {
 
-// What chi-squared stays below with probability 0.95, by degrees of freedom.
+// The value that chi-squared stays below with probability 0.95, by degrees of freedom.
 float chi_squared_limit(int degrees) {
   switch (degrees) {
     case 2:

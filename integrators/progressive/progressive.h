@@ -29,8 +29,8 @@
 // = 0 depends on the scene: where light reaches no specular surface a pass has more. `neighbours` = 0 depends on the pilot
 // pass: where its photons lie evenly about what is seen, kernels are wider.
 //
-// Consistent as long as the policy's radius vanishes. At finite radii: blur and, with edges = "disc", loss within r of edges
-// (half of the photons' share at the edge itself).
+// It is consistent as long as the policy's radius vanishes. At finite radii there is blur and, with edges = "disc", loss within
+// r of edges (half of the photons' share at the edge itself).
 #pragma once
 
 #include "framework/core/parallel.h"
@@ -99,7 +99,7 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   describe_lights(v, p.lights);
 }
 
-// Which camera paths a pixel sees: a new one in every iteration, or the same `fixed` ones in turn.
+// Says which camera paths a pixel sees: a new one in every iteration, or the same `fixed` ones in turn.
 struct VisiblePoints {
   std::uint32_t fixed = 0;
 
@@ -185,7 +185,7 @@ class ProgressivePasses {
   std::size_t first_state(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
     return points_.slot(pixel_index(pixel, context.resolution), iteration) * kinds();
   }
-  // What a pixel's path in this iteration counts (pixel_filter.h).
+  // The weight of a pixel's path in this iteration (pixel_filter.h).
   float weight(const RenderContext& context, ivec2 pixel, std::uint32_t iteration) const {
     return sample_weight(context, pixel, points_.path(iteration));
   }

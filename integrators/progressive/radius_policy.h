@@ -1,4 +1,4 @@
-// How the radius of a progressive gather changes from pass to pass.
+// The radius of a progressive gather, from pass to pass.
 //
 // A progressive photon mapper renders pass after pass of fresh photons, estimates each pixel's radiance by a kernel of radius
 // r_i in pass i, and shows the mean of the estimates. The variance averages out. The bias is proportional to r_i^2, so the
@@ -47,8 +47,8 @@ struct GatherDisc {
   GatherDisc(float r, float observed) : radius(r), reach(std::max(r, observed)) {}
 };
 
-// What a policy learns from a pixel's photons in one pass: begin() at each point that the camera path gathers at, then add()
-// for each photon within reach. This one counts.
+// Gathers what a policy learns from a pixel's photons in one pass: begin() at each point that the camera path gathers at, then
+// add() for each photon within reach. This one counts.
 struct PhotonCount {
   std::uint32_t photons = 0;
 

@@ -121,9 +121,9 @@ Bounds bounds_of(const Geometry& g) {
   return bounds;
 }
 
-// For each list of points, whether one of them lies, as far as rounding tells, on a surface of another material too, where one
-// of the two is glass. Looks once at every primitive of the instances near which there are points, and at the first of these
-// where they are very many.
+// Tells of each list of points whether one of them lies, as far as rounding tells, on a surface of another material too, where
+// one of the two is glass. Looks once at every primitive of the instances near which there are points, and at the first of
+// these where they are very many.
 std::vector<bool> coincide_with_others(const Scene& scene, std::span<const std::vector<SurfacePoint>> points) {
   std::vector<Bounds> bounds;
   for (const Object& object : scene.objects) bounds.push_back(bounds_of(object.geometry));

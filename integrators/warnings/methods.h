@@ -1,4 +1,4 @@
-// What warnings ask of a method and its parameters.
+// Questions that warnings ask about a method and its parameters.
 #pragma once
 
 #include "framework/integrator.h"

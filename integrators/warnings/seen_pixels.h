@@ -1,4 +1,4 @@
-// What warnings beside an image ask of the pixels: for how many of them something holds.
+// Warnings beside an image ask of the pixels for how many of them something holds.
 #pragma once
 
 #include "framework/core/parallel.h"

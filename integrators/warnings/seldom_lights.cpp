@@ -23,7 +23,7 @@ bool may_be_seldom(const LightSampler& lights, std::size_t count) {
   return false;
 }
 
-// What one sample of direct light at a point would find, by all lights.
+// Holds what one sample of direct light at a point would find, by all lights.
 struct SampledLight {
   double mean = 0, square = 0;
 

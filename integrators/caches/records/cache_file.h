@@ -143,8 +143,8 @@ class FileCache : public Cache {
     std::uint32_t format = 1;            // of the content: another one's files are refused
   };
   virtual Identity identity() const = 0;
-  // What a method decides by itself where it is `auto`, and what its cache holds depends on: loaded, it is as in the file. Null
-  // where there is no such parameter, or records do not depend on it.
+  // The parameter that a method decides by itself where it is `auto`, and on which it depends what the cache holds. A loaded
+  // cache takes it from the file. It is null where there is no such parameter, or records do not depend on it.
   virtual CausticMap* caustic_map() { return nullptr; }
   virtual void write(ByteWriter& body) const = 0;
   // Throws Error where the body holds what no cache of the scene can. Bytes that are left over are refused afterwards.

@@ -59,7 +59,7 @@ struct CacheProgress {
   std::uint32_t map_steps_left(std::uint32_t stage) const;
 };
 
-// What has been spent on records and on camera samples, and the error that each leaves (above).
+// Holds what has been spent on records and on camera samples, and the error that each leaves (above).
 struct EffortSplit {
   static constexpr double ray_work = 1.5, gather_ray_work = 4;       // of a ray of a hemisphere: its path; its look-up in a map
   static constexpr double photon_work = 5, caustic_photon_work = 3;  // of one that is emitted, its part of the map included
@@ -77,7 +77,7 @@ struct EffortSplit {
   bool next_to_neighbours(float accuracy) const { return record_error < worth_neighbours * square(square(accuracy)); }
 };
 
-// What a cache takes the luminance of one of its answers to be off by.
+// The error of the luminance of one of a cache's answers, as the cache takes it to be.
 struct CachedError {
   float noise = 0;  // standard error
   float bias = 0;   // signed

@@ -45,7 +45,7 @@ float IrradianceRecords::error(const IrradianceRecord& record, const vec3& posit
   constexpr float ten_degrees = 0.12325683f;  // sqrt(1 - cos 10 degrees)
   const float error = weight_ == CacheWeight::ward ? away + turn : std::max(away, turn * (usual_accuracy / ten_degrees));
   if (!(error < farthest_) || cosine < 0) return infinity;  // however coarse: the other side of a wall sees another world
-  // In front by more than rounding and curvature explain.
+  // The record is in front by more than rounding and curvature explain.
   if (0.5f * glm::dot(offset, normal + record.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.validity_radius)
     return infinity;
   return error;

@@ -63,7 +63,7 @@ enum class CacheWeight : std::uint8_t { ward, tabellion };
 
 class IrradianceRecords {
  public:
-  // `clamp`: by how much reaches of neighbours may differ, per distance between them; 0: by any amount.
+  // `clamp`: by how much the validity radii of neighbours may differ, per distance between them; 0: by any amount.
   IrradianceRecords(std::unique_ptr<RecordQuery> index, float accuracy, float clamp = 0, CacheWeight weight = CacheWeight::ward,
                     float stretch = 1, float overlap = 1)
       : index_(std::move(index)),

@@ -157,7 +157,7 @@ float RadianceRecords::error(const Record& record, const vec3& position, const v
   const float cosine = glm::dot(normal, record.frame.normal);
   const float error = glm::length(offset) / record.validity_radius + safe_sqrt(1 - cosine);
   if (!(error < answers_) || cosine < 0) return infinity;  // as of irradiance records
-  // In front by more than rounding and curvature explain.
+  // The record is in front by more than rounding and curvature explain.
   if (0.5f * glm::dot(offset, normal + record.frame.normal) < -0.02f * std::min(accuracy_, 1.0f) * record.validity_radius)
     return infinity;
   return error;

@@ -58,8 +58,8 @@ class CacheStanding {
 bool is_unit(const vec3& v);
 bool is_valid(const CachePoint& point);
 
-// What the mean of an irradiance record's passes holds: f32 irradiance[3], inverse distance, least distance, variance,
-// shared variance; u32 source; f32 rotation[9], translation[9]; f64 hessian[3], geometric[3].
+// Transfers the mean of an irradiance record's passes: f32 irradiance[3], inverse distance, least distance, variance, shared
+// variance; u32 source; f32 rotation[9], translation[9]; f64 hessian[3], geometric[3].
 template <class Io, class Estimate>
 requires std::is_same_v<std::remove_const_t<Estimate>, IrradianceEstimate>
 void transfer(const Io& io, Estimate& mean) {

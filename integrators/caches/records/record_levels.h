@@ -3,8 +3,8 @@
 // In an overture over pixel centres on grids of 256, 128, ... 1 pixels, each pass looks for points that no record covers and
 // takes them in an order drawn by hash, in batches of 64 (order and offset of the grids depend on the seed, so that the scatter
 // over seeds includes that of the records' places): a batch is computed in parallel, then inserted in its order. Points of one
-// batch do not see each other's records; the few superfluous ones cost only memory. As clamping shortens reaches, a last pass
-// visits every pixel again. Thus the records do not depend on threads.
+// batch do not see each other's records; the few superfluous ones cost only memory. As clamping shortens validity radii, a last
+// pass visits every pixel again. Thus the records do not depend on threads.
 //
 // Without the overture pixels are visited row by row, each seeing all earlier records: the order in which rendering an image
 // needs them ([Ward1988]). A record then lies where those before it end, at the edge of the area it is to serve.
@@ -24,7 +24,7 @@ namespace etendue {
 // Radiance arriving along the first rays of paths with `depth` events behind them.
 using HemisphereRadiance = std::function<void(std::span<PathSample> paths, int depth)>;
 
-// What a record is made from.
+// Holds what a record is made from.
 template <class Estimate>
 struct RecordHistoryOf {
   CachePoint point;
@@ -33,7 +33,7 @@ struct RecordHistoryOf {
   int passes = 0;
 };
 
-// What records of either kind are made by.
+// Settings by which records of either kind are made.
 struct RecordSettings {
   float accuracy = 0.2f;     // at which the spacings hold; with a number of records given they hold at that which is found
   float min_spacing = 1.5f;  // pixels
@@ -58,8 +58,8 @@ class RecordLevels {
   // Covers all pixels at an accuracy with records added to those there are.
   void fill(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy);
   // Every record is brought to `passes` passes over its hemisphere (a fractional number by giving that share of the records one
-  // pass more), and its reach is recomputed; then `wanted` points, keyed by their index and `round`, are covered at `accuracy`
-  // where they are not yet.
+  // pass more), and its validity radius is recomputed; then `wanted` points, keyed by their index and `round`, are covered at
+  // `accuracy` where they are not yet.
   void refine(const RenderContext& context, const HemisphereRadiance& radiance, float accuracy, double passes,
               std::span<const CachePoint> wanted, std::uint32_t round);
   // Records made earlier, in their order, in place of those there are. A `key_salt` other than 0 keeps the random numbers of
