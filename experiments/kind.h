@@ -1,5 +1,5 @@
-// What an experiment varies and measures. A kind is a folder under kinds/ and a line in kinds/registry.cpp; the harness knows
-// this interface and none of the kinds.
+// A kind of experiment: what it varies and measures. A kind is a folder under kinds/ and a line in kinds/registry.cpp; the
+// harness knows this interface and none of the kinds.
 //
 // The way of an experiment: `read` makes its choice from the keys of the file, `cells` lists what is to run, `run` measures and
 // logs, and `report` and `summary` tell what a log holds. A kind whose cells end in one record each runs by execute_records
@@ -32,7 +32,7 @@ class ExperimentKind {
   virtual std::string beside() const { return ""; }
   // Fills in config.choice, and what else the kind reads; any experiment's keys are read already. Throws Error.
   virtual void read(const ConfigNode& root, ExperimentConfig& config) const = 0;
-  // What `--quick` assigns where the file has no [quick].
+  // The assignments of `--quick` where the file has no [quick].
   virtual std::vector<std::string> quick(const ConfigNode&) const { return {}; }
   virtual std::vector<Cell> cells(const ExperimentConfig& config) const = 0;
   virtual std::string effort(const ExperimentConfig&) const { return ""; }  // of each cell, in words
@@ -63,7 +63,7 @@ const ExperimentKind& the_kind() {
 // Adds one that comes from elsewhere.
 void add_experiment_kind(const ExperimentKind& kind);
 
-// What every kind measures, and the folders of its own; what only reports is left out.
+// The paths of the code that every kind measures, and the folders of its own; code that only reports is left out.
 std::vector<std::string> measured_code(const std::vector<std::string>& folders);
 
 // The kind that a file's keys ask for.

@@ -13,7 +13,7 @@
 
 namespace etendue {
 
-// What two short renders with different seeds tell of a method. Their difference is its noise; its bias shows in neither.
+// Holds what two short renders with different seeds tell of a method. Their difference is its noise; its bias shows in neither.
 struct MeasuredNoise {
   double relmse = 0;  // of one of them
   double iterations = 0, prepare_s = 0, iteration_s = 0;

@@ -90,7 +90,7 @@ std::vector<std::pair<std::string, double>> figures_of(const AgainstReference& f
           {"largest_t_row", found.largest_at.y}};
 }
 
-// What the exit status says, in words.
+// Says in words what the exit status means.
 std::string verdict_of(const AgainstReference& found) {
   std::vector<std::string> failures;
   if (!found.mean_agrees()) failures.push_back("the mean");

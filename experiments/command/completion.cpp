@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* scene_files = "pbrt xml obj ply smf";
 
-// What may stand in one place of the command line.
+// Lists what may stand in one place of the command line.
 struct Candidates {
   std::vector<std::string> names = {};
   std::string endings = {};       // of files, "pbrt xml"; "*": any file, "/": directories
@@ -22,7 +22,7 @@ struct Candidates {
 
 Candidates scenes() { return {.names = listed_names("scenes"), .endings = scene_files}; }
 
-// By the names that the table gives to options, to values and to what stands without an option.
+// Finds them by the names that the table gives to options, to values and to what stands without an option.
 Candidates candidates_for(const OptionRow& option) {
   const auto is = [&](std::string_view name) { return option.positional == name || contains(option.names, name); };
   if (is("SCENE")) return scenes();

@@ -202,7 +202,7 @@ bool interrupted() { return interrupts > 0; }
 
 namespace {
 
-// Where an exception cannot pass: memory or a thread that is refused in the middle of a library.
+// Serves where an exception cannot pass, as when memory or a thread is refused in the middle of a library.
 [[noreturn]] void end_cleanly() {
   const auto end = [](const char* what) {
     for (const char* part : {"error: ", what, "; expected a smaller scene, image or number of photons, or more memory\n"})

@@ -11,7 +11,7 @@
 
 namespace etendue {
 
-// For a terminal, which obeys control characters: each but the ends of lines and tabs becomes '?'.
+// Makes a text fit for a terminal, which obeys control characters: each but the ends of lines and tabs becomes '?'.
 std::string printable(std::string text);
 
 // Colours and a bar that redraws itself, only on a terminal; no colours where NO_COLOR is set.

@@ -33,7 +33,7 @@ Contents count_contents(const Scene& scene) {
   return contents;
 }
 
-// What the scene is spared that lacks a thing: time with it over time without, as experiments/contents.toml measures it.
+// Tells what a scene is spared that lacks a thing: time with it over time without, as experiments/contents.toml measures it.
 struct Spared {
   std::string name, text;
   Measured factor;
@@ -127,8 +127,8 @@ std::string advice_lines(const Advice& advice, const InspectCommand& command) {
 
 // --- memory ---
 
-// What is foreseen at the scene's resolution, in the default structure and with the methods' default settings: the parts of
-// path tracing, which all of them have, and the sum with each method.
+// The memory that is foreseen at the scene's resolution, in the default structure and with the methods' default settings: the
+// parts of path tracing, which all of them have, and the sum with each method.
 struct ForeseenMemory {
   MemoryForecast common;
   std::vector<std::pair<std::string, double>> methods;  // bytes in all

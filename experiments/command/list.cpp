@@ -113,7 +113,7 @@ std::vector<Section> list_sections() {
       {"experiments", "experiments, which `etendue run NAME` runs", experiment_entries()}};
 }
 
-// What goes by that name, wherever it stands; false if nothing does.
+// Lists what goes by that name, wherever it stands; false if nothing does.
 bool list_name(const std::vector<Section>& sections, const std::string& name) {
   bool found = false;
   for (const Section& section : sections)

@@ -87,7 +87,7 @@ class CommandLine {
     return command;
   }
 
-  // What stands without an option.
+  // Names what stands without an option.
   static void positional(CLI::App* command, const char* name, auto& value, const char* help, bool required = true) {
     command->add_option(name, value, help)->required(required)->type_name("");
   }
@@ -336,7 +336,7 @@ class CommandLine {
     return table;
   }
 
-  // What no option took, with the nearest names.
+  // Tells what no option took, with the nearest names.
   std::vector<std::string> command_names() const {
     return mapped(app_.get_subcommands([](const CLI::App*) { return true; }), &CLI::App::get_name);
   }

@@ -11,7 +11,7 @@ namespace etendue {
 
 namespace {
 
-// What `parse` makes of the text; its errors become those of the option.
+// Answers what `parse` makes of the text; its errors become those of the option.
 auto parsed(const std::string& option, const std::string& text, const auto& parse) {
   try {
     return parse(text);

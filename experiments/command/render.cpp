@@ -29,7 +29,7 @@ double count_from_the_start(Budget& budget, double started) {
   return gone;
 }
 
-// Where the image named a file that does not lie here, beside the image perhaps.
+// Looks beside the image, too, where it names a file that does not lie here.
 Scene load_original_scene(const Rendering& r) {
   const std::filesystem::path beside = std::filesystem::path(r.command.from).parent_path() / r.scene;
   std::error_code ignored;

@@ -144,7 +144,7 @@ void check_files(const RenderCommand& command, const Rendering& r) {
   }
 }
 
-// What the image to repeat was made of; of what is typed, nothing may say otherwise.
+// Reads what the image to repeat was made of; nothing that is typed may say otherwise.
 void read_original(const RenderCommand& command, Rendering& r) {
   const std::pair<const char*, bool> typed[] = {{"-i", !command.integrator.empty()},
                                                 {"--accel", !command.accel.empty()},

@@ -1,4 +1,4 @@
-// What `etendue render` writes: the image and what goes beside it, and its figures on standard output.
+// The output of `etendue render`: the image and what goes beside it, and its figures on standard output.
 #include "experiments/command/console.h"
 #include "experiments/command/rendering.h"
 #include "experiments/log/json_line.h"

@@ -47,7 +47,7 @@ std::string aov_path(const std::string& output, const std::string& aov);
 // The image first, since it must be there in time; all else is off the clock. A file that fails does not stop the others.
 void write_outputs(const Rendering& r, Integrator& integrator, const RenderContext& context, const CellResult& result);
 
-// What came of it, for programs and for people.
+// Says what came of it, for programs and for people.
 std::string to_json(const Rendering& r);
 std::string to_lines(const Rendering& r);
 

@@ -35,7 +35,7 @@ std::vector<std::string> experiment_names() {
   return names;
 }
 
-// Where it runs, before what it found takes the place of what stands under results/.
+// The folder where it runs, before what it found takes the place of what stands under results/.
 fs::path work_folder(const std::string& name) { return fs::path("out/results") / name; }
 fs::path committed_folder(const std::string& name) { return fs::path("results") / name; }
 
@@ -43,7 +43,7 @@ std::optional<RunLog> log_in(const fs::path& folder) {
   return is_file((folder / "runs.jsonl").string()) ? std::optional(read_log((folder / "runs.jsonl").string())) : std::nullopt;
 }
 
-// What the last log says of itself, whether the code changed since, and the time to expect.
+// Prints what the last log says of itself, whether the code changed since, and the time to expect.
 void print_estimate(const std::vector<std::string>& names, Console& console) {
   double sum = 0;
   std::size_t unknown = 0;

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What changes a result, and so must not change within one output directory.
+// A hash of all that changes a result, and so must not change within one output directory.
 std::string result_hash(const ConfigNode& root) {
   ConfigNode::Table table = *root.table();
   for (const char* key : {"title", "outputs", "quick", "threads", "predictions", "elsewhere"}) table.erase(key);
@@ -40,7 +40,7 @@ void refuse_keys(const ConfigNode& root, const ExperimentKind& kind) {
   }
 }
 
-// What any experiment may say. All other keys are read by kinds.
+// Reads what any experiment may say. All other keys are read by kinds.
 void read_common(const ConfigNode& root, const fs::path& directory, ExperimentConfig& config) {
   TableReader reader(root, "experiment");
   reader.text("title", config.title);

@@ -47,7 +47,7 @@ struct StructureTiming {
 
 class ExperimentKind;  // experiments/kind.h
 
-// What the keys of a kind say. Kinds derive their own.
+// Holds what the keys of a kind say. Kinds derive their own.
 struct KindChoice {
   virtual ~KindChoice() = default;
 };

@@ -51,7 +51,7 @@ std::vector<const ConfigNode*> list_elements(const ConfigNode& node, const std::
 
 // Typed reads; they throw Error at the value, saying what was expected.
 std::string read_text(const ConfigNode& node, const std::string& key, const char* expected = "text in quotes");
-// What `parse` makes of a value's text; its errors, which know no place, become those of the value.
+// Answers what `parse` makes of a value's text; its errors, which know no place, become those of the value.
 template <class Parse>
 auto read_parsed(const ConfigNode& node, const std::string& key, const Parse& parse) {
   const std::string text = read_text(node, key);

@@ -91,7 +91,7 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
   return methods;
 }
 
-// Where an array of one table lists a value twice ("3" is 3), at that element; else at the name.
+// Names the place of the error: that element where an array of one table lists a value twice ("3" is 3), else the name.
 [[noreturn]] void refuse_repetition(const std::string& key, const Method& earlier, const Method& method, bool of_one_table) {
   if (of_one_table)
     for (const auto& [parameter, value] : method.params)

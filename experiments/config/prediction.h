@@ -1,7 +1,7 @@
-// What an experiment predicts of the errors in its images before it runs, whose theory or figure that is, and of which cells:
-// [[predictions]] (docs/experiment-file.md has the keys). It is the exponent at which an error falls over x (where that is
-// "records", over those that lie in the region, where a cache tells where they are), the ratio of two methods' RMSE at the end
-// of their runs, or the bias of each image.
+// Predictions that an experiment makes of the errors in its images before it runs, whose theory or figure that is, and of which
+// cells: [[predictions]] (docs/experiment-file.md has the keys). It is the exponent at which an error falls over x (where that
+// is "records", over those that lie in the region, where a cache tells where they are), the ratio of two methods' RMSE at the
+// end of their runs, or the bias of each image.
 //
 // The log keeps predictions and their regions in one line. The last such line counts, so that a window can be moved without
 // running anything again.
@@ -28,7 +28,7 @@ struct Prediction {
   std::string method, over, scene, region;  // scene empty: every one; region empty: the whole image
   std::optional<Expected> expected;         // empty: a ratio that is measured only
   std::string source;
-  // What is fitted for an exponent.
+  // An exponent is fitted to these.
   std::string metric = "mse", x = "iterations";
   bool across = false;  // the points are configurations
   double from = 0, to = endless;
@@ -52,7 +52,7 @@ struct PredictionContext {
 // Throws Error.
 std::vector<Prediction> read_predictions(const ConfigNode& node, const PredictionContext& context);
 
-// What is stated before anything runs.
+// Holds what is stated before anything runs.
 struct StatedRecord {
   static constexpr const char* line_type = "predictions";  // in the log
 

@@ -1,4 +1,4 @@
-// What kinds of experiments share whose cells end in one record each: the way from plan to log and report.
+// Shared by kinds of experiments whose cells end in one record each: the way from plan to log and report.
 //
 // A record lists its fields as fields.h asks, and names its lines of the log: `static constexpr const char* type`. Its work is
 // made of the plan and the observer.
@@ -17,7 +17,7 @@
 
 namespace etendue {
 
-// What a kind of experiment does with its cells. The record's cell, manifest, status and error are the execution's.
+// The work of a kind of experiment on its cells. The record's cell, manifest, status and error are the execution's.
 class RecordWork {
  public:
   // Tells how far a cell is, from 0 to 1, and how many steps that took.

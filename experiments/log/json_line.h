@@ -1,4 +1,4 @@
-// What every record of a log needs to become a line of JSON.
+// Everything that a record of a log needs to become a line of JSON.
 #pragma once
 
 #include "experiments/log/json_fwd.h"

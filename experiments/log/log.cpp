@@ -86,7 +86,7 @@ class CellBlocks {
   std::vector<Block> blocks_;
 };
 
-// Where cells of several logs would stand in the log of one process.
+// Tells where cells of several logs would stand in the log of one process.
 class CellPlaces {
  public:
   void add(const RunLog& log) {
@@ -242,7 +242,7 @@ class LogReader {
     put(log_.references, std::move(record));
   }
 
-  // What was logged of a scene that has changed since.
+  // Drops what was logged of a scene that has changed since.
   void drop_scene(const std::string& scene) {
     blocks_.drop_scene(scene);
     std::erase_if(log_.references, [&](const auto& record) { return record.scene == scene; });

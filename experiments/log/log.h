@@ -207,7 +207,7 @@ struct RunLog {
   double took_s = 0;                    // of the runs that reached their end; 0: not known
 
   std::size_t cell_count() const { return cells.size() + records.size(); }
-  // What the log has of a scene is null where there is none.
+  // The log's lines about a scene; null where there is none.
   const SceneRecord* scene(const std::string& name) const { return of_scene(scenes, name); }
   const ReferenceRecord* reference(const std::string& scene) const { return of_scene(references, scene); }
 

@@ -27,7 +27,7 @@ constexpr const char* compiler =
     "unknown";
 #endif
 
-// What the kernel says of the first processor, by its keys.
+// The facts that the kernel states of the first processor, by its keys.
 std::map<std::string, std::string> cpu_facts() {
   std::map<std::string, std::string> facts;
   std::ifstream file("/proc/cpuinfo");

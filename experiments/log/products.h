@@ -18,9 +18,9 @@ std::vector<double> error_products(std::span<const Image> images, const Image& r
 const ProductsRecord* current_products(const RunLog& log, const CellName& configuration, const std::string& region,
                                        bool at_checkpoints);
 
-// What the log lacks and the images that it names allow (their paths found from here): of each configuration with two seeds or
-// more the whole image at its end, and where the images of all checkpoints were kept, the whole image and every region there.
-// Configurations whose images cannot be read, or are not of one size, are left out.
+// The products that the log lacks and the images that it names allow (their paths found from here): of each configuration with
+// two seeds or more the whole image at its end, and where the images of all checkpoints were kept, the whole image and every
+// region there. Configurations whose images cannot be read, or are not of one size, are left out.
 std::vector<ProductsRecord> missing_products(const RunLog& log);
 
 }  // namespace etendue

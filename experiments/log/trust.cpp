@@ -44,7 +44,7 @@ std::size_t fail_cells(RunLog& log, const std::string& why, const IsMeant& is_me
 bool uses_reference(const CellRecord& record, const std::string& scene) { return record.cell.is_of(scene); }
 bool uses_reference(const KindRecord& record, const std::string& scene) { return record.uses_reference_of(scene); }
 
-// Why a scene is not as it was logged; "" where it is, or where its file is not to be found.
+// Says why a scene is not as it was logged; "" where it is, or where its file is not to be found.
 std::string scene_damage(const SceneRecord& record, const std::string& directory) {
   const fs::path path = (fs::path(directory) / record.file).lexically_normal();
   std::error_code error;

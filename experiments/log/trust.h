@@ -1,5 +1,5 @@
-// What of a log may be believed: its files are held against the sizes and hashes it states, its scenes against the files they
-// were read from, and its shards against their number.
+// Tells which parts of a log may be believed: its files are compared with the sizes and hashes it states, its scenes with the
+// files they were read from, and its shards with their number.
 #pragma once
 
 #include "experiments/log/log.h"
@@ -9,10 +9,10 @@
 
 namespace etendue {
 
-// What is wrong with the files that a cell of the log in `directory` names; "" where nothing is.
+// Says what is wrong with the files that a cell of the log in `directory` names; "" where nothing is.
 std::string damage(const CellRecord& cell, const std::string& directory);
 std::string damage(KindRecord& record, const std::string& directory);
-// What is wrong with its image; "" as well where none was kept.
+// Says what is wrong with its image; "" as well where none was kept.
 std::string damage(const ReferenceRecord& reference, const std::string& directory);
 
 // Marks as failed each cell whose files, reference or scene are not what the log says, each with its reason, and returns what

@@ -1,4 +1,4 @@
-// What records hold besides numbers and texts.
+// Values that records hold besides numbers and texts.
 #pragma once
 
 #include "experiments/config/method.h"
@@ -27,9 +27,8 @@ inline Parameters parameters_of(const Method& method) {
   return parameters;
 }
 
-// What rays are for: structures are timed on each kind by itself.
-// primary: from the camera. diffuse: a path's bounces. shadow: from a surface towards a light. photon: from a light on.
-// gather: the rays of a final gather, bundles from one point.
+// The purposes of rays: structures are timed on each kind by itself. primary: from the camera. diffuse: a path's bounces.
+// shadow: from a surface towards a light. photon: from a light on. gather: the rays of a final gather, bundles from one point.
 enum class RayKind : std::uint8_t { primary, diffuse, shadow, photon, gather };
 inline constexpr std::array ray_kinds{RayKind::primary, RayKind::diffuse, RayKind::shadow, RayKind::photon, RayKind::gather};
 

@@ -200,7 +200,7 @@ class PythonObserver final : public RunObserver {
   py::object listener_;
 };
 
-// What `work` gives, done without Python's lock. Throws what the listener, or an interrupt, raised in Python.
+// Does `work` without Python's lock and answers what it gives. Throws what the listener, or an interrupt, raised in Python.
 template <class Work>
 auto unlocked(PythonObserver& observer, const Work& work) {
   {

@@ -1,5 +1,5 @@
-// What a report shows of the records of one kind of experiment, or of what stands beside them: rates, ray structures. All of it
-// is empty where the log has none.
+// Holds what a report shows of the records of one kind of experiment, or of what stands beside them: rates, ray structures. All
+// of it is empty where the log has none.
 #pragma once
 
 #include "experiments/log/log.h"

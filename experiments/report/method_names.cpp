@@ -32,7 +32,7 @@ Words without(Words words, const Words& shared) {
   return words;
 }
 
-// What the names of a family leave out, in words; empty: nothing.
+// Says in words what the names of a family leave out; empty: nothing.
 std::string left_out_of(const Family& family, const Words& shared, bool name_too) {
   const bool plain_too = !std::ranges::all_of(family, has_parameters);
   if (shared.empty() && !name_too) return "";

@@ -1,5 +1,5 @@
-// What a report calls methods and structures: the label that the experiment gives one, else its full name
-// ("ppm alpha=0.7 photons=1000"). Charts, which have less room, shorten full names to what tells them apart:
+// The names that a report gives to methods and structures: the label that the experiment gives one, else its full name ("ppm
+// alpha=0.7 photons=1000"). Charts, which have less room, shorten full names to what tells them apart:
 //
 //   ppm alpha=0.7 photons=1000     photons=1000         and once, beneath: "Left out of names: ppm alpha=0.7."
 //   ppm alpha=0.7 photons=2000     photons=2000

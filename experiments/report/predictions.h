@@ -14,7 +14,7 @@
 namespace etendue {
 
 struct JudgedPrediction {
-  // Where it was measured, and what; what is empty in all rows of a table has no column there.
+  // Says what was measured, and where. A field that is empty in all rows of a table has no column there.
   int id = 0;                      // of the statement that it belongs to
   std::string statement = {};      // in words
   std::string scene, region = {};  // region empty: the whole image

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t enough_seeds = 10;
 constexpr double wide = 0.5;  // an interval wider than that share of the exponent says little
 
-// Where an interval is expected, its steep end.
+// The exponent that theory expects; of an interval, its steep end.
 double theory_of(const FittedRate& rate) { return rate.law->expected->low; }
 
 bool is_wide(const FittedRate& rate) {
@@ -38,7 +38,7 @@ JudgedPrediction judged(const FittedRate& rate) {
   const RateFit& fit = *rate.fit;
   row.measure(fit.exponent, fit.exponent_interval);
   row.marks = fmt::format("{}{}", rate.seeds < enough_seeds ? " †" : "", is_wide(rate) ? " ‡" : "");
-  // What noise left above zero says nothing of what was below.
+  // Points that noise left above zero tell nothing of those below.
   if ((fit.dropped > 0 || rate.holds_noise) && row.verdict) row.verdict = Verdict::undecided;
   row.details.emplace_back("points", fit.dropped == 0
                                          ? TableCell(fit.points)
@@ -51,7 +51,7 @@ JudgedPrediction judged(const FittedRate& rate) {
   return row;
 }
 
-// What the laws of one chart share.
+// Holds what the laws of one chart share.
 struct ChartKey {
   std::string scene, region, metric, x;
   auto operator<=>(const ChartKey&) const = default;

@@ -222,7 +222,7 @@ std::optional<MeasuredRate> measured_rate(const Configuration& configuration, co
   for (const auto& [iterations, values] : by_iteration)
     points.push_back(diagonal_point(std::vector<double>(replicates, iterations), values, *floor));
   const auto fit = fit_rate(points, "mse", Prediction::Model::power);
-  // What noise left above zero says nothing of what was below.
+  // Points that noise left above zero tell nothing of those below.
   return fit && fit->dropped == 0 ? std::optional(MeasuredRate{*fit, replicates, metric}) : std::nullopt;
 }
 

@@ -86,7 +86,7 @@ Table elsewhere_table(const ReportData& data) {
 
 namespace {
 
-// What a method declares, and of which scenes: it may expect different things of different ones.
+// Holds what a method declares, and of which scenes: it may expect different things of different ones.
 struct Statement {
   const CellRecord* cell;
   std::vector<std::string> scenes;

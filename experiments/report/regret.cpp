@@ -34,7 +34,7 @@ std::string key_of(const Configuration& configuration) {
   return chooses(configuration) ? std::string(chooser) : configuration.integrator + " " + configuration.accel;
 }
 
-// What the seeds chose, each once.
+// Names what the seeds chose, each once.
 std::string choices_of(const Configuration& configuration) {
   std::vector<std::string> choices;
   for (const Replicate& replicate : configuration.replicates) index_in(choices, replicate.cell->chosen);
@@ -74,7 +74,7 @@ std::vector<Contest> find_contests(const ReportData& data) {
   return contests;
 }
 
-// What one method loses over all contests; one without an image by then counts as an endless regret.
+// Holds what one method loses over all contests; one without an image by then counts as an infinite regret.
 struct Loss {
   std::string name, shown;
   bool chooses = false;

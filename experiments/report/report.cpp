@@ -233,7 +233,7 @@ std::vector<Figure> figures_of(const ReportData& data, const PageContent& conten
   return figures;
 }
 
-// What an experiment was for comes first, as in content_of.
+// The purpose of an experiment comes first, as in content_of.
 std::string answer_in(const ReportData& data, const PageContent& content) {
   for (const KindReport& part : content.parts)
     if (!part.answer.empty()) return part.answer;

@@ -26,8 +26,8 @@ struct Report {
 // The log of a directory that `etendue run` wrote, the files it names found from here. Throws Error.
 RunLog read_resolved_log(const std::string& directory);
 
-// What a log alone tells: the tables and charts that write_report writes, and its answer to the experiment's question in one
-// sentence. Throws Error.
+// Holds what a log alone tells: the tables and charts that write_report writes, and its answer to the experiment's question in
+// one sentence. Throws Error.
 struct LogAnswers {
   std::vector<Table> tables;
   std::vector<Figure> figures;

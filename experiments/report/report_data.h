@@ -30,7 +30,7 @@ struct Configuration {
   std::size_t integrator_index = 0, accel_index = 0;  // over the whole log, in order of first appearance: colour and dash
   std::vector<Replicate> replicates;                  // cells that are done and have a checkpoint, by seed
   std::vector<const CellRecord*> failures;
-  // What reports call them, and what charts do (method_names.h).
+  // The names that reports give them, and those of charts (method_names.h).
   std::string shown_integrator = {}, shown_accel = {}, short_integrator = {}, short_accel = {};
 
   const CellRecord* any_cell() const;
@@ -91,11 +91,11 @@ Curve curve_of(const Replicate& replicate, const std::string& metric, Abscissa a
 // The part of every value of a metric that is the reference's noise; nullopt where nobody knows it.
 std::optional<double> reference_noise(const ReferenceRecord* reference, const std::string& metric);
 
-// For people, beneath ratios of errors: what became of the noise of references; "" where they have none.
+// Tells people, beneath ratios of errors, what became of the noise of references; "" where they have none.
 std::string noise_in_ratios(const ReportData& data);
 
-// For ratios: the estimate that estimate_at gives, without the noise of the scene's reference where that is known of the
-// metric. What is left of it after that counts as a tenth of that noise at least, as its own estimate is not exact either.
+// The estimate that estimate_at gives, for ratios: without the noise of the scene's reference where that is known of the
+// metric. The rest counts as a tenth of that noise at least, as its own estimate is not exact either.
 std::optional<double> error_at(const SceneData& scene, const Configuration& configuration, const std::string& metric,
                                double time_s);
 

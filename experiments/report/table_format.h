@@ -81,7 +81,7 @@ std::optional<std::size_t> column_of(const Table& table, std::string_view key);
 
 void check_shape(const Table& table);  // CHECKs that each row has a cell for each column
 
-// What TableOf does for each column, compiled once.
+// Does what TableOf needs for each column; it is compiled once.
 void add_column(Table& table, std::string&& key, std::string&& title, bool right, Audience audience, std::size_t group);
 void add_cell(Table& table, std::size_t row, TableCell cell);
 

@@ -223,7 +223,7 @@ void add_theory(FinalTable& table) {
                [](const FinalRow& row) { return row.split ? std::optional(row.split->variance) : std::nullopt; });
 }
 
-// What the experiment's own labels stand for.
+// Adds what the experiment's own labels stand for.
 void add_labels(FinalTable& table, const ReportData& data) {
   const auto& labels = data.log->stated.labels;
   const auto meaning = [](const auto& label) { return label.second + " is " + label.first; };

@@ -38,7 +38,7 @@ std::vector<Table> report_tables(const ReportData& data);
 // column for each parameter of the methods. docs/log.md lists the columns.
 std::string curves_csv(const ReportData& data);
 
-// What `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.
+// The summary that `etendue run` prints at its end: per scene the errors at equal time, the verdict, and warnings.
 std::string summary_table(const RunLog& log);
 
 }  // namespace etendue

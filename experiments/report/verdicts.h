@@ -26,7 +26,7 @@ struct Conclusions {
 Conclusions conclude(const ReportData& data);
 std::vector<std::string> warnings_of(const ReportData& data);
 
-// What a log of images or of ray structures answers, in one sentence; empty where nobody leads.
+// The answer of a log of images or of ray structures, in one sentence; empty where nobody leads.
 std::string images_answer(const ReportData& data);
 std::string structures_answer(const RunLog& log);
 

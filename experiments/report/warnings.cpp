@@ -1,4 +1,5 @@
-// What should keep a reader from believing a report: failures, a noisy reference, biases and rates that are not as declared.
+// Warnings of what should keep a reader from believing a report: failures, a noisy reference, biases and rates that are not as
+// declared.
 #include "experiments/report/declared.h"
 #include "experiments/report/rates.h"
 #include "experiments/report/report_text.h"
@@ -62,8 +63,8 @@ void warn_of_references(const ReportData& data, Warnings& warnings) {
          scene);
 }
 
-// By how much the noise of the reference's mean, which all seeds share, widens the interval of their mean bias: it is to that
-// of the seeds' mean as the variances of their pixels are.
+// The width that the noise of the reference's mean, which all seeds share, adds to the interval of their mean bias: it is to
+// that of the seeds' mean as the variances of their pixels are.
 double widened_by(const Configuration& configuration, double floor) {
   const std::vector<double> errors = final_values(configuration, "mse");
   if (floor == 0 || errors.empty()) return 1;
@@ -142,7 +143,7 @@ void warn_of_fallbacks(const ReportData& data, Warnings& warnings) {
   warnings.insert(warnings.end(), told.begin(), told.end());
 }
 
-// What the readers left out, replaced or found not finite: the image is of another scene than its files say.
+// Warns of what the readers left out, replaced or found not finite: the image is of another scene than its files say.
 void warn_of_scenes(const ReportData& data, Warnings& warnings) {
   constexpr std::size_t most_told = 10;
   for (const SceneData& scene : data.scenes) {

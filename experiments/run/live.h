@@ -1,5 +1,5 @@
-// What a run that somebody watches tells of itself while it goes on: rays per second, the work of a sample of them, and the
-// error. A run that nobody watches has none of this: its integrators query their structure directly.
+// Figures that a watched run tells of itself while it goes on: rays per second, the work of a sample of them, and the error. A
+// run that nobody watches has none of this: its integrators query their structure directly.
 #pragma once
 
 #include "framework/core/counters.h"

@@ -1,4 +1,4 @@
-// What a cell takes at its peak, predicted before anything of it is built, and kept within `--memory`.
+// The memory that a cell takes at its peak, predicted before anything of it is built, and kept within `--memory`.
 //
 // The whole program has one limit (framework/core/memory.h). The parts of a forecast are
 //

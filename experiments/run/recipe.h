@@ -1,4 +1,4 @@
-// What an image was made of, as it stands in the attributes of its EXR file, and back: enough to make the same bits again.
+// The recipe of an image, as it stands in the attributes of its EXR file, and back: enough to make the same bits again.
 //
 //   etendue_scene, etendue_scene_hash        as typed; of all that changes an image
 //   etendue_integrator, etendue_accel        "path max_depth=0 mis=power": every parameter, those at their default too

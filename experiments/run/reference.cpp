@@ -67,7 +67,7 @@ Reference from_file(const ReferenceRequest& request) {
   return {std::move(*reduced), {}};
 }
 
-// What independent batches of an estimator give, and the rays that they took.
+// Holds what independent batches of an estimator give, and the rays that they took.
 struct Batches {
   BatchStatistics statistics;
   double rays = 0;
@@ -137,8 +137,8 @@ void round_as_stored(Image& image) {
 }
 
 std::optional<Reference> from_cache(const ReferenceRequest& request, const ReferenceCache& cache) {
-  // What an experiment is measured against must not depend on what others left in the cache: at least as good as it would
-  // render.
+  // The reference of an experiment must not depend on what others left in the cache: it is at least as good as the experiment
+  // would render it.
   const std::uint64_t samples = request.choice.samples > 0 ? request.choice.samples : default_reference_samples;
   auto found = cache.find(request.scene, request.resolution, samples);
   if (!found) return std::nullopt;
@@ -164,7 +164,7 @@ bool has_delta_light(const Scene& scene) {
   });
 }
 
-// Why there is no room for a reference that needs so many copies of the image; "" where there is.
+// Says why there is no room for a reference that needs so many copies of the image; "" where there is.
 std::string refuse_for_memory(const ReferenceRequest& request, int copies) {
   try {
     require_room_for_image(request.name, request.resolution, copies);

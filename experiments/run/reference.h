@@ -1,5 +1,5 @@
-// What a scene's error is measured against: its closed form, a cached or given image, or the mean of two unrelated unbiased
-// estimators that agree.
+// The reference that a scene's error is measured against: its closed form, a cached or given image, or the mean of two
+// unrelated unbiased estimators that agree.
 #pragma once
 
 #include "experiments/config/config.h"
@@ -59,7 +59,7 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 // How far a check that is biased may lie off, relative to the image's mean.
 inline constexpr double biased_check_indifference = 5e-3;
 
-// Renders both in independent batches and compares them; what is unbiased is weighed by its variance. The more efficient one
+// Renders both in independent batches and compares them; what is unbiased is weighted by its variance. The more efficient one
 // has `samples` per pixel, the other a quarter of them. A reference too small to compare them is used and called `undecided` in
 // its checks, with a floor taken from how far the two images differ.
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples);

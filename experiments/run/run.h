@@ -75,8 +75,8 @@ struct RunSummary {
 
 // Writes the report of what the directory holds now, and fills in what the summary tells of it.
 void report_run(const RunPlan& plan, RunSummary& summary);
-// Why a cell's work fails; nullopt where it does not. Work that was suspended is done again, since its clock ran on meanwhile;
-// where that happens three times in a row, it has failed.
+// Says why a cell's work fails; nullopt where it does not. Work that was suspended is done again, since its clock ran on
+// meanwhile; where that happens three times in a row, it has failed.
 std::optional<std::string> failure_of(const std::function<void()>& work, RunObserver& observer);
 
 // Throws Error; a failing cell is recorded and counted instead. `compute` does the work of a cell: tests put failures there.

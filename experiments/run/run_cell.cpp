@@ -28,8 +28,8 @@ namespace {
 
 constexpr double progress_interval_s = 0.1;
 
-// What earlier cells left goes back to the system, and the kernel's high-water mark of this process starts anew (Linux; where
-// it cannot be reset, the peak is that of the run).
+// Memory that earlier cells left goes back to the system, and the kernel's high-water mark of this process starts anew (Linux;
+// where it cannot be reset, the peak is that of the run).
 void reset_peak_memory() {
   release_freed_memory();
   std::ofstream("/proc/self/clear_refs") << "5";

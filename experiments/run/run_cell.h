@@ -69,7 +69,7 @@ struct CellResult {
 RenderContext context_of(const Scene& scene, const SceneNeeds& needs, const RayQuery& rays, LightSampler& lights,
                          std::uint64_t seed, ivec2 resolution, PhaseTimes& phases);
 
-// What a method is told of a budget.
+// The effort that a method is told of a budget.
 Effort effort_of(const Budget& budget);
 // The ray structure that suits the rays which an effort lets a method trace.
 MethodChoice structure_for(const Scene& scene, ivec2 resolution, const Effort& effort);

@@ -1,4 +1,4 @@
-// What a run measures a scene against, kept in its directory and named in its log.
+// The reference that a run measures a scene against, kept in its directory and named in its log.
 #pragma once
 
 #include "experiments/run/reference.h"

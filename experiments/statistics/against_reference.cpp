@@ -28,7 +28,7 @@ Moments moments(std::size_t count, const Value& value) {
   return m;
 }
 
-// What of a difference is not allowed, in units of its standard error; infinite where it is not a number.
+// The part of a difference that is not allowed, in units of its standard error; infinite where it is not a number.
 double excess_in_errors(double difference, double allowed, double error) {
   if (!std::isfinite(difference)) return std::numeric_limits<double>::infinity();
   const double excess = std::abs(difference) - allowed;

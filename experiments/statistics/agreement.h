@@ -41,8 +41,8 @@ class BatchStatistics {
   double mean_variance() const;  // variance of mean(), averaged over pixels and channels
   // The same of variance over r^2 + relmse_epsilon: how much of a relMSE against r is the noise of mean(), which r holds.
   double relative_variance(const Image& r) const;
-  // What a sample carries of those, rare and bright, that the noise consists of: third over second cumulant of a pixel's
-  // sample, which of events in a Poisson process is their value, E[v^3] / E[v^2] if it varies; at three standard errors above.
+  // The value of the rare, bright events that the noise consists of: the third over the second cumulant of a pixel's sample, at
+  // three standard errors above. For events in a Poisson process that is their value, or E[v^3] / E[v^2] if it varies.
   double rare_value() const;
 
   // The image's mean and its blocks' means, batch by batch: [batch][region], region 0 being the whole image.
@@ -81,7 +81,7 @@ inline std::uint64_t samples_needed(double samples, double times) {
 
 Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, const AgreementOptions& options = {});
 
-// What stands in the text of a verdict `cannot_tell`, and in no other; logs keep the text alone.
+// These words stand in the text of a verdict `cannot_tell`, and in no other; logs keep the text alone.
 inline constexpr std::string_view undecided = "CANNOT TELL";
 
 }  // namespace etendue

@@ -92,7 +92,7 @@ struct Curve {
 // outside them.
 std::optional<double> value_at(const Curve& curve, double x);
 
-// Where the logarithm of a ratio, linear in log x between x0 and x1, is zero: the two have different signs there.
+// The x where the logarithm of a ratio, linear in log x between x0 and x1, is zero: the two have different signs there.
 double equality_between(double x0, double log_ratio0, double x1, double log_ratio1);
 
 // When a falling curve first meets `target`. A curve that never arrives is censored at its last time, not dropped; one below

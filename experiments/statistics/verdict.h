@@ -38,7 +38,7 @@ Verdict combine(std::span<const Verdict> verdicts);
 // Writes "6 confirmed, 1 refuted".
 std::string count_verdicts(std::span<const Verdict> verdicts);
 
-// What a quantity is, which says how it is written and which of its values is no effect.
+// The kind of a quantity, which says how it is written and which of its values is no effect.
 enum class FigureKind : std::uint8_t { factor, time, plain, share, exponent };
 
 // 1 for a factor, infinity for a time in seconds, none for the others.

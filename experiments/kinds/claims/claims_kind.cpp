@@ -125,7 +125,7 @@ class ClaimsWork final : public RecordWork {
     const auto tell = [&, steps = std::uint64_t{0}](double share) mutable { progress(share, ++steps); };
     const MeasureTask task{
         measure.scenes[cell.scene], choice_.resolution, choice_.repetitions, threads_, cell.name.seed, tell, reading_};
-    // What another claim asked of the same scene serves this one as well.
+    // A measurement that another claim asked of the same scene serves this one as well.
     auto known = results_.find({measurement.name, task.scene});
     if (known == results_.end()) {
       MeasureResult result;

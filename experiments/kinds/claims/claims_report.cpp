@@ -81,7 +81,7 @@ std::vector<std::string> describe_measured(const Rows& rows) {
   });
 }
 
-// What the claim's words were taken to mean, and what its measurements remark; each once.
+// Says what the claim's words were taken to mean, and what its measurements remark; each once.
 std::string remarks_of(const ClaimFindings& claim) {
   std::vector<std::string> parts;
   for (const ClaimRecord* record : claim.records)

@@ -1,4 +1,4 @@
-// What becomes of a tree whose objects move: claims about refitting, on the motions and policies of experiments/dynamic.toml.
+// Trees whose objects move: claims about refitting, on the motions and policies of experiments/dynamic.toml.
 #include "accel/bvh/bvh.h"
 #include "accel/bvh/dynamic/dynamic_bvh.h"
 #include "experiments/kinds/claims/measurement.h"

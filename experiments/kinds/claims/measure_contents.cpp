@@ -1,4 +1,4 @@
-// What a scene is spared that lacks a thing: time with that thing in it over time without.
+// The time that a scene is spared if it lacks a thing: time with that thing in it over time without.
 //
 // Each thing is added where it changes what the code must do and next to nothing of the image: a sphere below the floor makes
 // the leaves ask of every primitive what it is, an infinite plane below it is asked of every ray, an object placed apart puts a

@@ -60,7 +60,7 @@ class DiffusePaths {
   Stage stage_;
 };
 
-// What an image by one of the two has: the mean over pixels of the luminance and of its variance per sample, and its time.
+// Holds of an image by one of the two the mean over pixels of the luminance and of its variance per sample, and its time.
 struct Noise {
   double mean = 0, variance = 0, seconds = 0;
   double mean_variance = 0;  // of `mean`
@@ -152,7 +152,7 @@ void measure_cache(Trial& t) {
     const auto of_path = run(path), of_cache = run(cache);
     const Curve path_error = error_curve(of_path, false), cache_error = error_curve(of_cache, false);
     last.push_back(path_error.y.back() / cache_error.y.back());
-    // Where the cache is furthest ahead of what path tracing had at that time.
+    // The checkpoint at which the cache is furthest ahead of what path tracing had at that time.
     std::size_t at = 0;
     double most = 0;
     for (std::size_t i = 0; i < cache_error.x.size(); ++i) {

@@ -13,7 +13,7 @@
 
 namespace etendue {
 
-// What was measured under one seed. Errors are relMSE; times are of the processor, preparation included.
+// Holds what was measured under one seed. Errors are relMSE; times are of the processor, preparation included.
 struct LedgerTrial {
   std::uint64_t seed = 0;
   double error = 0, switched_error = 0;

@@ -24,7 +24,7 @@ MadeDecision light_tree(const DecisionPlace& place) {
   return {lights.choice() == LightChoice::tree, reason(place, "choice of lights")};
 }
 
-// What `decide` makes of the scene's context.
+// Answers what `decide` makes of the scene's context.
 template <class Decide>
 auto on_stage(const DecisionPlace& place, const Decide& decide) {
   const auto rays = find_ray_structure("auto", {}).make(place.scene, {});

@@ -82,7 +82,7 @@ struct LedgerRow {
   bool always_on = false;
   std::uint64_t samples = 0;
 
-  // What records call that which has the component.
+  // The name that records give to what has the component.
   std::string owner() const { return (of_structure ? accel : method).label(); }
 };
 

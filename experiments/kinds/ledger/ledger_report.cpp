@@ -138,7 +138,7 @@ bool is_noisy(const Decision& decision) {
   });
 }
 
-// What the reference's noise has to do with the ratios; none where references have none.
+// Notes on what the reference's noise does to the ratios; none where references have none.
 std::vector<std::string> noise_notes(const std::vector<Decision>& decisions, const RunLog& log) {
   std::vector<std::string> notes, scenes, unknown;
   for (const Decision& decision : decisions)

@@ -22,7 +22,7 @@ struct StructureCurve {
   std::vector<CurvePoint> points;  // x ascending
 };
 
-// What stays fixed in a plot.
+// Holds what stays fixed in a plot.
 struct PlotKey {
   std::string kind;
   std::string set;       // with its variation, where that is fixed
@@ -44,7 +44,7 @@ struct SearchPlot : PlotKey {
 // largest count that has them. Several seeds give the median of their medians, and the extremes of their quartiles.
 std::vector<SearchPlot> search_plots(const RunLog& log);
 
-// Where `overtaking` begins to be faster than `overtaken`: log-log linear between two abscissas.
+// The size from which `overtaking` is faster than `overtaken`: log-log linear between two abscissas.
 struct Crossover {
   std::string overtaken, overtaking;
   double at = 0;

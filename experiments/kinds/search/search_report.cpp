@@ -78,7 +78,7 @@ std::string at_text(const SearchPlot& plot) {
   return plot.count > 0 ? fmt::format(" ({} {})", format_count(plot.count), plot.kind) : std::string();
 }
 
-// What was measured of structures, in the order of the table's columns.
+// The measures of structures, in the order of the table's columns.
 struct Measure {
   std::string name;
   double parameter = 0;
@@ -207,7 +207,7 @@ Table search_leaders_table(const RunLog& log) {
   return table.take();
 }
 
-// What a figure's panels show, which may be one measure.
+// Says what a figure's panels show, which may be one measure.
 std::string what_title(const SearchPlot& plot, bool one_measure) {
   if (!one_measure) return plot.abscissa == "neighbours" ? "queries" : "time and memory";
   if (plot.parameter == 0 && plot.abscissa != "neighbours") return "build and memory";

@@ -27,8 +27,8 @@ struct RecordSet {
   std::vector<vec3> queries;
 };
 
-// Where a camera sees surfaces; radii with evenly distributed logarithms between r and r * spread, such that `covering` records
-// cover a query on the mean. Throws Error where the camera sees nothing.
+// A set of records where a camera sees surfaces. Their radii have evenly distributed logarithms between r and r * spread, such
+// that `covering` records cover a query on the mean. Throws Error where the camera sees nothing.
 RecordSet records_of_scene(const Scene& scene, double spread, double covering, std::uint64_t count, std::uint64_t queries,
                            std::uint64_t seed);
 

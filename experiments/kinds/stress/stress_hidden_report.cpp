@@ -1,5 +1,5 @@
-// What a mean hides, by method and hazard: the tail of an image's pixels, how often an interval that seeds or the method itself
-// state does not hold the right value, and when the first image comes that is not nonsense.
+// A table of what a mean hides, by method and hazard: the tail of an image's pixels, how often an interval that seeds or the
+// method itself state does not hold the right value, and when the first image comes that is not nonsense.
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
@@ -16,7 +16,7 @@ namespace etendue {
 
 namespace {
 
-// What single precision and the bound on a path's length leave of a mean that is right.
+// A mean that is right may be off by so much, for single precision and the bound on a path's length.
 constexpr double indifference = 5e-4;
 
 // A share has what was seen of it, and where it may lie.

@@ -20,7 +20,7 @@ struct Paint {
 };
 
 constexpr Paint holding{"#d7ecf6", "#0b3a53"}, blank{"none", "#808890"};
-// From late to early failure.
+// The colours go from late to early failure.
 constexpr std::array<Paint, 5> failing{
     {{"#fff2bd", "#3d2a00"}, {"#fdd071", "#3d2a00"}, {"#f79a3b", "#2b1500"}, {"#cf5a12", "#ffffff"}, {"#7a2604", "#ffffff"}}};
 

@@ -27,7 +27,7 @@ struct StressPoint : SweepPoint {
 // about 1.
 inline constexpr double sane_relmse = 0.25;
 
-// What records say of their hazard.
+// Holds what records say of their hazard.
 struct HazardText {
   int id = 0;
   std::string hazard, failure, source;        // hazard: the name of the matrix' row

@@ -1,6 +1,6 @@
-// What a report says of a failure map: the matrix of hazards and methods as a figure and a table, thresholds with intervals
-// against what theory expects of them, remedies as factors by which thresholds moved, a curve and images for each cell, and
-// heat maps of hazards with two parameters.
+// The report of a failure map: the matrix of hazards and methods as a figure and a table, thresholds with intervals against
+// what theory expects of them, remedies as factors by which thresholds moved, a curve and images for each cell, and heat maps
+// of hazards with two parameters.
 #pragma once
 
 #include "experiments/kinds/stress/stress_record.h"

@@ -60,7 +60,8 @@ double spread_of(const SweepPoint& point, const Expected& holds) {
 
 bool is_quarter(const SweepPoint& point) { return std::abs(point.t * 4 - std::round(point.t * 4)) < 1e-9; }
 
-// By how much t may lie off, with 95 % for Student's distribution: the noise at the threshold over the slope of its quarter.
+// The distance by which t may lie off, at 95 % of Student's distribution: the noise at the threshold over the slope of its
+// quarter.
 double crossing_error(std::span<const SweepPoint> points, std::size_t failed, const Expected& holds,
                       std::span<const std::size_t> seeds) {
   std::size_t left = failed - 1, right = failed;

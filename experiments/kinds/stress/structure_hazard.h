@@ -1,4 +1,4 @@
-// What a scene costs a ray structure, in counts that no clock disturbs, and whether its answers are right.
+// The cost of a scene to a ray structure, in counts that no clock disturbs, and whether its answers are right.
 #pragma once
 
 #include "experiments/config/method.h"

@@ -117,8 +117,8 @@ std::uint64_t wrong_occlusions(const ExactTracer& tracer, const RayQuery& struct
   return count_in_blocks(rays.size(), [&](std::size_t begin, std::size_t end) {
     bool batch[block];
     structure.occluded(rays.subspan(begin, end - begin), std::span(batch, end - begin));
-    // What blocks a ray is not told: at a vertex that borders nothing it may be a surface which the judge finds within rounding
-    // only once it is named, as the nearest hit is.
+    // The structure does not tell what blocks a ray: at a vertex that borders nothing it may be a surface which the judge finds
+    // within rounding only once it is named, as the nearest hit is.
     const auto is_right = [&](std::size_t i, bool occluded) {
       if (tracer.is_right(rays[i], occluded, exact[i])) return true;
       const Hit named = occluded ? structure.closest(rays[i]) : Hit{};

@@ -222,7 +222,7 @@ class Comparison {
     }
   }
 
-  // What needs no clock.
+  // Fills in what needs no clock.
   void describe(Contender& contender, const RayQuery& structure) {
     StructureRecord& record = contender.record;
     const RayStructureStats stats = structure.stats();

@@ -30,8 +30,8 @@ class RecordingQuery final : public RayQuery {
  public:
   explicit RecordingQuery(const RayQuery& inner) : inner_(inner) {}
 
-  // Where what is asked from now on goes (nullptr: nowhere): rays of closest() to `primary` if they are among `camera`, else to
-  // `others`; those of occluded() to `shadow`.
+  // Notes the rays that are asked from now on (nullptr: none): rays of closest() to `primary` if they are among `camera`, else
+  // to `others`; those of occluded() to `shadow`.
   void record(const std::unordered_set<std::uint64_t>* camera, std::vector<Ray>* primary, std::vector<Ray>* others,
               std::vector<Ray>* shadow) {
     camera_ = camera;

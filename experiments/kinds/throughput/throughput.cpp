@@ -39,7 +39,7 @@ struct ThroughputChoice final : KindChoice {
   double seconds = 1;
 };
 
-// What the repetitions with one instruction set gave.
+// Holds what the repetitions with one instruction set gave.
 struct Repetitions {
   Isa isa;
   std::vector<double> samples, rays, photons, records;

@@ -36,7 +36,7 @@ std::vector<std::string> commits_of(const RunLog& log) {
   return commits;
 }
 
-// What the cell did with the first commit that ran it, likewise; null: this one was the first.
+// The record of the cell by the first commit that ran it, likewise; null: this one was the first.
 const Throughput* first_of(const std::vector<ThroughputRow>& rows, const ThroughputRow& row) {
   for (const ThroughputRow& other : rows)
     if (other.record->cell.scene == row.record->cell.scene && other.series() == row.series())

@@ -100,7 +100,7 @@ double position(double value, Interval range, Scale scale) {
 }
 
 Interval padded_range(const std::vector<double>& values, Scale scale) {
-  // What no measurement is, but a damaged log may hold: its ratios and differences would overflow.
+  // No measurement is as large, but a damaged log may hold such numbers, whose ratios and differences would overflow.
   constexpr double most = 1e150;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const double value : values) {

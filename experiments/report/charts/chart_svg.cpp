@@ -63,14 +63,14 @@ std::string document(double width, double height, const std::string& title, cons
       width, height, escape_html(title), chart_file_css, chart_css, body);
 }
 
-// What the rows of one of several panels need.
+// The height that the rows of one of several panels need.
 double rows_height(const Chart& chart) { return 84 + 15 * static_cast<double>(chart.rows.size()); }
 
 double plot_height(const Chart& chart) {
   return chart.rows.empty() ? 440 : 84 + 24 * static_cast<double>(std::max<std::size_t>(2, chart.rows.size()));
 }
 
-// What stands between the heading of a file and its notes.
+// Holds what stands between the heading of a file and its notes.
 struct Sheet {
   std::string body;
   double width, bottom;

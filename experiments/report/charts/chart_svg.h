@@ -23,7 +23,8 @@ struct Tick {
 // 1, 2 or 5 on linear ones. low < high, and low > 0 on a log axis.
 std::vector<Tick> ticks(Interval range, Scale scale, int most);
 
-// Where `value` lies between the ends of the range: 0 to 1 inside it. Values at or below 0 lie at minus infinity of a log axis.
+// The place of `value` between the ends of the range: 0 to 1 inside it. Values at or below 0 lie at minus infinity of a log
+// axis.
 double position(double value, Interval range, Scale scale);
 
 // A range that shows all values with a little air; on a log axis of the positive ones. It is never empty.
@@ -85,7 +86,7 @@ struct Chart {
   std::vector<ChartLabel> labels = {};  // placed beside their points where there is room
 };
 
-// What is drawn otherwise than as a chart: elements of SVG within a box, in pixels.
+// A picture that is drawn otherwise than as a chart: elements of SVG within a box, in pixels.
 struct Drawing {
   std::string svg;
   double width = 0, height = 0;
@@ -104,7 +105,7 @@ std::string inline_svg(const Drawing& drawing, const std::string& title);
 std::string standalone_svg(const std::string& title, std::span<const Chart> panels, const std::vector<std::string>& notes);
 std::string standalone_svg(const std::string& title, const Drawing& drawing, const std::vector<std::string>& notes);
 
-// What a legend of these panels names: one series a key, in order, without those whose panel is theirs alone.
+// The series that a legend of these panels names: one a key, in order, without those whose panel is theirs alone.
 std::vector<const ChartSeries*> legend_series(std::span<const Chart> panels);
 // Draws the line and marker of a series, for a legend in HTML.
 std::string legend_swatch(const ChartSeries& series);

@@ -123,7 +123,7 @@ void add_reference_floor(Chart& chart, const SceneData& scene, const std::string
   chart.labels.push_back({chart.x.scale == Scale::log ? x.low * 1.05 : x.low, floor, "reference's own variance"});
 }
 
-// What others measured of this scene: marks alone, for nobody saw how it got there.
+// Adds what others measured of this scene: markers alone, since nobody saw how it got there.
 void add_elsewhere(Chart& chart, const ReportData& data, const SceneData& scene, const std::string& metric) {
   std::size_t style = data.integrators.size() * data.accels.size();
   for (const ElsewhereFigure& figure : data.log->stated.elsewhere) {

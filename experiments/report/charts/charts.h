@@ -40,7 +40,7 @@ std::vector<Figure> file_figures(const ReportData& data);
 
 std::string to_svg(const Figure& figure);
 
-// What papers take: a LaTeX file of its own that draws with pgfplots, and its points as a table beside it.
+// Figures as papers take them: a LaTeX file of its own that draws with pgfplots, and its points as a table beside it.
 //
 // Writes a document of class `standalone`, which reads `data_file`: pdflatex makes one page of it, and with the package
 // `standalone` a paper inputs it as it is. Colours, dashes and marks are those of the SVG.

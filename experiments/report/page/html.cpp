@@ -87,7 +87,7 @@ Section findings(const ReportData& data, const PageContent& content) {
   return section;
 }
 
-// What the toolbar chooses among; the script shows it where there is something to choose.
+// The choices of the toolbar; the script shows it where there is something to choose.
 std::string metric_options(const Variants& variants) {
   std::string out;
   for (const std::string& metric : variants.metrics) {

@@ -54,7 +54,7 @@ Section scene_section(const ReportData& data, const SceneData& scene, const Vari
 
 // All scenes' thumbnails, each a link to its image in the viewer.
 std::string gallery_html(const ReportData& data, const std::vector<SceneImages>& scenes);
-// What the viewers read.
+// The data that the viewers read.
 std::string images_json(const std::vector<SceneImages>& scenes);
 
 }  // namespace etendue

@@ -15,7 +15,7 @@
 
 namespace etendue {
 
-// What encode_halves wrote: in the page, or in a file beside it. Both are empty where there is none.
+// Holds what encode_halves wrote: in the page, or in a file beside it. Both are empty where there is none.
 struct PixelText {
   std::string in_page, file;
 };
@@ -45,7 +45,8 @@ struct SceneImages {
   ivec2 size{0};
   double unit = 1;   // of the half-floats, a power of two
   double white = 1;  // W/(m² sr), shown as white without exposure
-  // What the colours of the viewer's maps span (mapKinds in pixels.js): decades, and of signed errors these themselves.
+  // The ranges that the colours of the viewer's maps span (mapKinds in pixels.js): decades, and of signed errors these
+  // themselves.
   std::map<std::string, std::pair<double, double>> ranges;
   std::vector<PageImage> images;  // the reference first, where its image was kept
   std::vector<std::string> notes;

@@ -16,8 +16,8 @@
 namespace etendue {
 namespace {
 
-// What is shown at first, and all variants as text, of which the script shows the one that is chosen: a browser that parsed
-// them all, as it does the content of <template>, would take several times as long to open the page.
+// Writes what is shown at first, and all variants as text, of which the script shows the one that is chosen. A browser that
+// parsed them all, as it does the content of <template>, would take several times as long to open the page.
 class Variable {
  public:
   void add(const std::string& key, const std::string& text) {

@@ -1,4 +1,4 @@
-// What moved between two logs of one experiment: every figure that its tables give with an interval, then and now.
+// Figures that moved between two logs of one experiment: every figure that its tables give with an interval, then and now.
 //
 // An interval is a pair of columns beside the figure's own: K, K_low and K_high; K_mean, K_low and K_high; or median or
 // measured, low and high. What K_interval calls "min-max", the extremes of two seeds, or "none", a single one, is none. Rows

@@ -105,8 +105,7 @@ Quote quote_of(std::string_view text, const Table* given, const TableSource& tab
   return quote;
 }
 
-// What a scene is called: a built-in one without "builtin:", a file without its folder and ending. Other texts stay as they
-// are.
+// The name of a scene: a built-in one without "builtin:", a file without its folder and ending. Other texts stay as they are.
 std::string_view short_name(std::string_view text) {
   if (text.starts_with("builtin:")) return text.substr(8);
   if (text.find('/') == std::string_view::npos || text.find(' ') != std::string_view::npos) return text;
@@ -148,7 +147,7 @@ std::vector<const std::vector<TableCell>*> rows_with(const Table& table, const W
 
 std::optional<double> trimmed_number(std::string_view text) { return parse_number(trimmed(text)); }
 
-// What the log's own table shows there: for a column that only programs read, the readers' column it belongs to.
+// The text that the log's own table shows there: for a column that only programs read, the readers' column it belongs to.
 std::string shown_text(const QuotedFigure& figure, const std::vector<TableCell>& row) {
   std::size_t at = figure.column;
   while (at > 0 && figure.table->columns[at].audience == Audience::machines) --at;

@@ -53,7 +53,7 @@ std::string in_row(std::string text) {
   return text;
 }
 
-// What the parts of a merged log say, each once.
+// Joins what the parts of a merged log say, each once.
 template <class Text>
 std::string of_manifests(const RunLog& log, std::string_view separator, const Text& text) {
   std::set<std::string> texts;
@@ -103,7 +103,7 @@ std::string fill_moved(const std::string& file, std::string text, const std::map
   return text.replace(inside, end - inside, "\n" + table.substr(table.find("\n\n") + 2));
 }
 
-// What a folder's log changed, if there was one before. Throws Error where that is said of another log.
+// Answers what a folder's log changed, if there was one before. Throws Error where that is said of another log.
 std::optional<LogChanges> changes_in(const fs::path& folder, const RunLog& log) {
   const std::string file = (folder / changes_file).string();
   if (!is_file(file)) return std::nullopt;

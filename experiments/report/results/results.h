@@ -1,6 +1,6 @@
-// What is committed under results/: of each experiment a folder with its log, the tables made from it, and the charts that a
-// document shows; a page over all of them; and documents whose figures are filled in from the logs (quotes.h). All but the logs
-// is derived, so that one command writes it again and a test finds what differs.
+// The contents of results/ that are committed: of each experiment a folder with its log, the tables made from it, and the
+// charts that a document shows; a page over all of them; and documents whose figures are filled in from the logs (quotes.h).
+// All but the logs is derived, so that one command writes it again and a test finds what differs.
 #pragma once
 
 #include "experiments/log/log.h"
@@ -16,7 +16,7 @@ namespace etendue {
 // The folders below `root`/results that hold a log, by name.
 std::vector<std::string> result_folders(const std::string& root);
 
-// What moved since the log before it lies beside a log under this name (changes.h).
+// The changes since the log before it lie beside a log under this name (changes.h).
 inline constexpr const char* changes_file = "changes.tsv";
 
 std::string commit_of(const RunLog& log);  // of its newest part; "?" where it names none
@@ -29,7 +29,7 @@ std::optional<std::string> output_of(const std::vector<std::string>& command);
 // from `root`. "not known" without git, without that commit in its history, and of a commit from which the sources differed.
 std::string code_since(const std::string& root, const std::string& commit, const std::vector<std::string>& paths);
 
-// What the page says of the code that a folder's experiment measures: whether it changed since its log.
+// Says on the page whether the code that a folder's experiment measures changed since its log.
 using CodeSince = std::function<std::string(const std::string& folder, const RunLog& log)>;
 CodeSince code_since_in_git(const std::string& root);
 

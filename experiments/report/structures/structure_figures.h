@@ -16,7 +16,7 @@ namespace etendue {
 std::string structure_name(const StructureRecord& record);
 // Colour says the structure, mark and dash its layout: the same in every chart of a log.
 void style_structure(ChartSeries& series, const ReportData& data, const StructureRecord& record);
-// What a ray costs, in nanoseconds; 0 where not measured.
+// The cost of a ray, in nanoseconds; 0 where not measured.
 double ray_cost(const StructureRecord& record, RayKind kind = RayKind::diffuse);
 
 // A mark in each row of a chart, at cost(row), where that is positive: the `index`-th series of such.
