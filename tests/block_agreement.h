@@ -24,7 +24,7 @@ inline ParamMap params_of(std::initializer_list<std::pair<const char*, const cha
   return params;
 }
 
-// Where the test looks: square blocks of a square image, and in how many comparisons of this size its file consists.
+// Says where the test looks: square blocks of a square image, and of how many comparisons of this size its file consists.
 struct AgreementSettings {
   ivec2 resolution{24, 24};
   int block = 6;

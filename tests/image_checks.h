@@ -1,5 +1,5 @@
-// What tests of every integrator measure alike: bias against a closed form, truncation by the depth limit, the same bits at any
-// number of threads.
+// Measurements that tests of every integrator make alike: bias against a closed form, truncation by the depth limit, the same
+// bits at any number of threads.
 #pragma once
 
 #include "tests/render_scene.h"

@@ -1,4 +1,5 @@
-// Where the tests find the program and the project. In one small file, so that no other depends on where the project lies.
+// The places where the tests find the program and the project. They stand in one small file, so that no other depends on where
+// the project lies.
 #pragma once
 
 namespace etendue {

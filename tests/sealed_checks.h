@@ -1,5 +1,5 @@
-// What tests ask of a room without an opening (sealed_rooms.h): how much of the light outside a method sees inside, and whether
-// rays that bounce about ever leave.
+// Questions that tests ask about a room without an opening (sealed_rooms.h): how much of the light outside a method sees
+// inside, and whether rays that bounce about ever leave.
 //
 // With the environment variable ETENDUE_PRINT_LEAKS set, each case prints a line: pixels that are not black, and the largest
 // and mean radiance as shares of the radiance outside.

@@ -55,7 +55,7 @@ const AgreementMethod path{"path", params_of({{"max_depth", "6"}}), 128, 0};
 const AgreementMethod bdpt{"bdpt", params_of({{"max_depth", "6"}}), 64, 0};
 // Light paths enough for a radius small against the objects.
 const AgreementMethod vcm{"vcm", params_of({{"max_depth", "6"}, {"paths", "4096"}}), 12, 0.03};
-// Where nothing is specular.
+// Nothing is specular here.
 const AgreementMethod merging{"vcm", params_of({{"max_depth", "6"}, {"paths", "4096"}, {"neighbours", "1"}}), 12, 0.03};
 
 TEST(Bidirectional, CornellBoxAsPathTracing) {

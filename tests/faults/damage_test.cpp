@@ -194,7 +194,7 @@ TEST_F(Damage, LogsOfMissingShardsAreNamed) {
   EXPECT_EQ(run({"report", "0/3", "1/3", "2/3", "--out", "merged"}).status, 0);
 }
 
-// What a scene is made of, in files of its own.
+// A scene is made of files of its own.
 class ChangedScene : public FaultedRun {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// What every driver of tests/fuzz/ shares. A driver defines LLVMFuzzerTestOneInput for one format: whatever the bytes are, the
+// Shared by every driver of tests/fuzz/. A driver defines LLVMFuzzerTestOneInput for one format: whatever the bytes are, the
 // reader either accepts them or throws Error. Any other exception, a failed CHECK, a finding of a sanitizer or a crash is a
 // finding.
 //

@@ -134,7 +134,7 @@ TEST(ClaimVariants, CoarserMeshesAddLittleError) {
   EXPECT_THROW(measurement.run({"builtin:cornell-spheres", 8, 1}), Error);
 }
 
-// What a scene has it is not spared; what is added to it changes no ray's answer.
+// A scene is not spared what it has already; an addition changes no ray's answer.
 TEST(ClaimVariants, ContentsAreAddedWhereTheSceneLacksThem) {
   const auto names = [](const char* measurement, const char* scene) {
     const MeasureResult result = find_measurement(measurement, {}).run({scene, 16, 1});

@@ -188,7 +188,7 @@ bool meets(const Ray& ray, const Bounds& box) {
   return entry <= exit;
 }
 
-// What a structure says of a ray.
+// Holds what a structure answers for a ray.
 struct Answer {
   Hit hit;
   bool occluded;

@@ -92,7 +92,7 @@ TEST(MemoryBudget, LeanerLayoutsStandInWhereTheyFit) {
   const auto brute = sah.make(scene, budget(std::to_string((wide + binary) / 2) + "B", "brute"));
   EXPECT_NE(brute->stats().fallback.find("brute in_place=true"), std::string::npos) << brute->stats().fallback;
   EXPECT_EQ(brute->stats().bytes, 0u);
-  // What is no tree itself goes to one that fits.
+  // A structure that is no tree itself is replaced by a tree that fits.
   const std::uint64_t octree = find_ray_structure("octree", {}).need(scene, {}).peak;
   const std::uint64_t median = find_ray_structure("median", {}).need(scene, {{"layout", text("bvh16")}}).peak;
   if (median < octree) {
@@ -196,7 +196,7 @@ TEST(MemoryBudget, EstimatesHoldOnTheBuiltInScenes) {
   }
 }
 
-// What builders move items between lies on whole pages of 2 MiB as soon as it fills one: 32 bytes an item.
+// The arrays between which builders move items lie on whole pages of 2 MiB as soon as they fill one: 32 bytes an item.
 TEST(MemoryBudget, EstimatesCountWholePagesOfItems) {
   const auto peak = [](std::uint32_t triangles) {
     Geometry geometry;

@@ -194,7 +194,7 @@ std::vector<RayCase> ray_cases() {
 
 namespace {
 
-// Where rays of a scene come from and go to.
+// The box that rays of a scene come from and go to.
 Bounds surroundings(const Scene& scene) {
   Bounds b = scene.bounds();
   if (b.empty() || !is_finite(b.lower) || !is_finite(b.upper)) b = {vec3(-1), vec3(1)};

@@ -1,4 +1,4 @@
-// What scenes that break structures cost them: time and memory, never an answer.
+// Scenes that break structures cost them time and memory, and never an answer.
 #include "experiments/kinds/stress/structure_hazard.h"
 #include "framework/io/load_scene.h"
 

@@ -1,4 +1,4 @@
-// What every builder's tree must be, whatever it is built over; and the SIMD leaf against the scalar test.
+// Every builder's tree against what it must be, whatever it is built over; and the SIMD leaf against the scalar test.
 #include "accel/bvh/build/binned_sah.h"
 #include "accel/bvh/build/lbvh.h"
 #include "accel/bvh/build/median.h"
@@ -190,7 +190,7 @@ TEST(TreeBuilders, TreesAreSoundWithinTheirLimits) {
       }
 }
 
-// What stands no builder in good stead: nothing to tell apart, sizes and places that grow geometrically, areas that overflow.
+// Items that are hard on every builder: nothing to tell apart, sizes and places that grow geometrically, areas that overflow.
 std::vector<ItemCase> hostile_cases() {
   std::vector<ItemCase> cases;
   Random random(17);

@@ -1,4 +1,4 @@
-// What caches take their own error to be, against the reference and against their scatter over seeds.
+// The error that caches state of themselves, against the reference and against their scatter over seeds.
 #include "experiments/report/declared.h"
 #include "framework/io/load_scene.h"
 #include "integrators/registry.h"
@@ -85,7 +85,7 @@ TEST(StatedError, OfTheHashCacheIsItsError) {
   }
 }
 
-// Where nothing is exact, rough floors: what is stated, against the scatter over seeds.
+// On rough floors nothing is exact: the stated error is compared with the scatter over seeds.
 TEST(StatedError, OfRoughSurfacesIsTheirScatter) {
   constexpr ivec2 size{16, 16};
   constexpr int seeds = 12;

@@ -176,7 +176,7 @@ TEST(CausticLight, IsTheSameAtAnyThreadCount) {
   }
 }
 
-// What kernels lose at a border falls as they shrink.
+// The light that kernels lose at a border falls as they shrink.
 TEST(CausticLight, LosesLessAtBordersWithEveryIteration) {
   const Scene scene = load_scene("builtin:edge");
   const Image exact = integrate_closed_form(scene, {32, 32});

@@ -38,7 +38,7 @@ TEST(DirectShares, AddNoBias) {
   }
 }
 
-// What does not scatter takes no further path, and the image keeps its bits.
+// Light that does not scatter takes no further path, and the image keeps its bits.
 TEST(DirectShares, LeaveEvenLightAlone) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   EXPECT_EQ(render(scene, "sppm", options_for(2, 3)).hash, render(scene, "sppm", options_for(0, 3)).hash);

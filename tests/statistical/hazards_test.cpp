@@ -1,4 +1,4 @@
-// Where methods fail along the parameter of a scene, against what theory says of it: a failure map draws these predictions.
+// The places where methods fail along the parameter of a scene, against theory: a failure map draws these predictions.
 #include "experiments/kinds/stress/stress_figures.h"
 #include "experiments/run/closed_form.h"
 #include "tests/render_scene.h"

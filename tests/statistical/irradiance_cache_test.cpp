@@ -436,7 +436,7 @@ TEST(IrradianceCache, WhiteFurnaceStaysWhite) {
 }
 
 TEST(IrradianceCache, LosesNoLightBetweenPixelsThatFinerRecordsLeaveUncovered) {
-  // What coarse records of the first iterations covered paths find in the later ones, of another weight.
+  // Paths find in later iterations, of another weight, the light that coarse records of the first ones covered.
   const Scene scene = load_scene("builtin:lambert-sphere");
   RenderOptions options = options_for(64, 6);
   options.params["accuracy"] = {0.03, {}};

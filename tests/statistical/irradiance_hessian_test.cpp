@@ -13,7 +13,7 @@ namespace {
 
 const vec3 zenith{0, 1, 0};
 
-// What a ray meets: distance (infinity: nothing), radiance, normal.
+// Holds what a ray meets: distance (infinity: nothing), radiance, normal.
 struct SeenPoint {
   float distance = infinity;
   float radiance = 0;

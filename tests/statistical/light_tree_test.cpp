@@ -149,7 +149,7 @@ TEST(LightTree, ChoosesAsOftenAsItSays) {
   }
 }
 
-// By brute force: whatever a light sends to a point, the tree may choose it there.
+// Compared with brute force: whatever light sends anything to a point, the tree may choose it there.
 TEST(LightTree, LeavesOutNoLightThatSendsAnything) {
   std::size_t sent = 0, left_out = 0;
   for (std::uint64_t seed = 1; seed <= 24; ++seed) {

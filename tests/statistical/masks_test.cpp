@@ -67,7 +67,7 @@ TEST(MaskedImages, PhotonsOnAHalfTransparentPlateStandForAll) {
     EXPECT_NEAR(mean_under_plate(0.5f, method, 16) / paths, 1, 0.04) << method;
 }
 
-// What probes find of discs scatters there, and is measured on and on.
+// The covered shares of discs that probes find scatter there, and are measured on and on.
 TEST(LongMaskedImages, DiscsOnAPlateAreWholeHoweverLongTheyAreMeasured) {
   EXPECT_NEAR(mean_under_plate(0.3f, "sppm", 256) / mean_under_plate(0.3f, "path", 1024), 1, 0.03);
 }

@@ -1,4 +1,4 @@
-// What path tracing decides by a scene: the decisions, and that images keep their means.
+// Choices that path tracing makes by a scene: what they are, and that images keep their means.
 #include "integrators/paths/path_choices.h"
 #include "framework/scene/builder.h"
 #include "framework/transport/roulette.h"

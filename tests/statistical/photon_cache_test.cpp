@@ -75,7 +75,7 @@ TEST(PhotonCache, SameBitsAtAnyThreadCount) {
 
 std::uint64_t photons_emitted() { return read_counters()[static_cast<std::size_t>(Counter::photons_emitted)]; }
 
-// From the pilot's photons on.
+// The map grows from the pilot's photons on.
 TEST(PhotonCache, AMapThatGrowsHasTheSameBitsAtAnyThreadCount) {
   const Scene scene = load_scene("builtin:lambert-sphere");
   RenderOptions options = options_for(8, {{"photons", std::int64_t{0}}, {"samples", std::int64_t{16}}});

@@ -1,4 +1,5 @@
-// What density estimation loses at edges and lets through walls, against its formulas, and what the remedies leave of it.
+// The light that density estimation loses at edges and lets through walls, against its formulas, and what the remedies leave of
+// it.
 #include "framework/scene/builder.h"
 #include "integrators/photons/disc_coverage.h"
 #include "integrators/photons/kernel_domain.h"

@@ -53,7 +53,7 @@ struct EmissionTrial {
   }
 };
 
-// What lands within the region, over several passes: power, its standard error, and as how many photons of equal power.
+// Holds what lands within the region over several passes: power, its standard error, and as how many photons of equal power.
 struct Landed {
   double power = 0, error = 0, photons = 0;
 };
@@ -160,7 +160,7 @@ TEST(PhotonEmission, AHoleLetsTheSameLightThrough) {
   for (const PhotonEmission emission : {PhotonEmission::importance, PhotonEmission::visibility}) {
     const Landed l = landed(trial, emission, 12);
     EXPECT_NEAR(l.power, expected.power, 4.5 * std::hypot(l.error, expected.error)) << static_cast<int>(emission);
-    // What comes by way of the walls cannot be guided at emission.
+    // Light that comes by way of the walls cannot be guided at emission.
     EXPECT_GT(l.photons, (emission == PhotonEmission::visibility ? 8 : 0.7) * by_power) << static_cast<int>(emission);
   }
 }

@@ -188,7 +188,7 @@ TEST(PhotonTracing, HistoriesPartitionThePhotons) {
   EXPECT_EQ(direct + caustic + indirect, kept(photon_any));
 }
 
-// What is kept of them would have to scatter first, and may not.
+// Photons that are kept would have to scatter first, and may not.
 TEST(PhotonTracing, NoneAreEmittedOfWhichNoneCanBeKept) {
   const Scene scene = load_scene("builtin:cornell-box");
   const auto emitted = [&](PhotonHistory keep) {

@@ -1,4 +1,4 @@
-// Where an irradiance cache lays its records, and how far they serve, when it is filled to a number or row by row.
+// Placement of an irradiance cache's records, and how far they serve, when it is filled to a number or row by row.
 #include "framework/core/error.h"
 #include "tests/render_scene.h"
 #include "tests/scene_context.h"

@@ -67,7 +67,7 @@ TEST(AgainstReference, SmallDifferencesPass) {
   EXPECT_FALSE(hold_against(std::vector<Image>(4, even(1.002)), even(1), 1 << 20).agrees());
 }
 
-// What few samples may have missed of a pixel, all samples of an image have not.
+// Few samples of a pixel may have missed what all samples of an image have not.
 TEST(AgainstReference, DifferencesThatFewSamplesCannotTellPass) {
   Image image = even(1);
   image.at(5, 7) = dvec3(0.95);

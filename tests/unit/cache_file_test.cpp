@@ -57,7 +57,7 @@ Scene moved(Scene scene) {
   return scene;
 }
 
-// What the error says; "" where nothing was thrown.
+// The text of the error; "" where nothing was thrown.
 template <class Action>
 std::string refusal(const Action& action) {
   try {

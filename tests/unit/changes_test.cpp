@@ -157,7 +157,7 @@ TEST(Changes, PredictionsAreComparedWhateverTheirVerdicts) {
   EXPECT_EQ(changes[0].got_worse(), std::nullopt);
 }
 
-// What moved the farthest changes its verdict: it must not be left out for that.
+// The figure that moved the farthest changes its verdict, and must not be left out for that.
 TEST(Changes, WordsThatSayWhatWasFoundDoNotNameARow) {
   const auto table = [](const char* verdict, double value) {
     Table made{"ledger-scenes", "Decisions", {{"component", "component", false}, {"verdict", "verdict", false}}};

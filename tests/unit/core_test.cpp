@@ -28,7 +28,7 @@ double units_off(Number value, long double expected) {
   return static_cast<double>(std::abs(value - expected) / unit);
 }
 
-// Against the C library's in 80 bits, over the arguments that transport gives them and beyond.
+// Compared with the C library's in 80 bits, over the arguments that transport gives them and beyond.
 template <class Number>
 void compare_elementary() {
   constexpr int count = 20000;

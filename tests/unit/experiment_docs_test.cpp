@@ -24,7 +24,7 @@ std::map<std::string, Keys> documented_keys() {
   return sections;
 }
 
-// What the parser says it knows where it meets a key like no other.
+// The keys that the parser says it knows where it meets a key like no other.
 Keys parsed_keys(const std::string& experiment) {
   const std::string what = config_error(experiment);
   constexpr std::string_view before = "unknown key 'zzzzzzzz'; available:";

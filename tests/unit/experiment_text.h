@@ -17,7 +17,7 @@ inline std::string replaced(std::string text, const std::string& from, const std
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// What the Error says with which the experiment is refused.
+// The text of the Error with which the experiment is refused.
 inline std::string config_error(const std::string& text, const ConfigOptions& options = {}) {
   try {
     parse_experiment(text, "x.toml", options);

@@ -87,7 +87,7 @@ TEST(Flip, ExposuresTakeTheBrightestAndTheMedianToTheSameGrey) {
   EXPECT_NEAR(flip_tone_map(std::exp2(exposures.back()) * 2), 0.85, 1e-12);
   EXPECT_EQ(flip_exposures(constant(dvec3(0))), std::vector<double>{0});
   EXPECT_EQ(flip_exposures(constant(dvec3(5))).size(), 1u);
-  // Where most is black the rest has the word.
+  // Where most is black, the rest decides.
   image.at(0, 0) = image.at(1, 0) = dvec3(0);
   EXPECT_NEAR(flip_tone_map(std::exp2(flip_exposures(image).back()) * 32), 0.85, 1e-12);
 }

@@ -105,7 +105,7 @@ GuideRecord record_of(std::uint32_t leaf, const vec2& square, float cosine, floa
           .pdf_guide = pdf_guide};
 }
 
-// What a place learns in two blocks of the same records.
+// The guide that a place learns in two blocks of the same records.
 const Guide& learnt(SdTree& tree, const std::vector<std::vector<GuideRecord>>& records, std::uint32_t leaf) {
   for (int block = 0; block < 2; ++block) {
     tree.learn(records);
@@ -272,8 +272,8 @@ TEST(ImageBlocks, WeighsBlocksByTheInverseOfTheirVariance) {
   EXPECT_NEAR(error_of(BlockCombination::mean) / (14.16 / 900), 1, 0.15);
 }
 
-// Light that one sample in 64 finds counts in full on average, whichever blocks found it. Weights from a pixel's own samples lose
-// 22 % of it.
+// Light that one sample in 64 finds counts in full on average, whichever blocks found it. Weights from a pixel's own samples
+// lose 22 % of it.
 TEST(ImageBlocks, LosesNoRareLight) {
   const ivec2 size(8);
   double sum = 0;

@@ -1,4 +1,4 @@
-// What errors are measured against: closed forms over pixels, the agreement of two estimators, and the cache.
+// References of errors: closed forms over pixels, the agreement of two estimators, and the cache.
 #include "experiments/run/closed_form.h"
 #include "experiments/run/reference.h"
 #include "experiments/statistics/agreement.h"
@@ -113,7 +113,7 @@ class ReferenceFiles : public ::testing::Test {
   std::string directory_;
 };
 
-// What is told is what each of the sixteen batches has, one sample at least.
+// The narration tells the samples that each of the sixteen batches has, one at least.
 TEST_F(ReferenceFiles, NarrationTellsTheSamplesThatAreRendered) {
   struct : SilentObserver {
     std::string lines;

@@ -103,7 +103,7 @@ TEST_F(Run, KilledRunResumesToTheSameResults) {
     const Outcome killed = finish(pid);
     EXPECT_TRUE(killed.status == -SIGKILL || after == 13) << killed.err;
   }
-  // What a write cut short in the middle leaves.
+  // A write that is cut short in the middle leaves this.
   std::ofstream(directory_ / "killed/runs.jsonl", std::ios::app) << "{\"type\":\"checkpoint\",\"scene\":\"bui";
   const Outcome outcome = run({"run", "small.toml", "--out", "killed", "--threads", "2"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;

@@ -33,7 +33,7 @@ void each_source(const std::string& room, const Visit& visit) {
   }
 }
 
-// What each room must not include. Rooms stand from the general to the particular.
+// Each room must not include these. Rooms stand from the general to the particular.
 TEST(House, IncludesRunDownward) {
   const std::pair<std::string, std::string> rules[] = {
       {"framework", "(accel|integrators|experiments)/"},

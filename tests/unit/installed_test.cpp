@@ -11,7 +11,7 @@ namespace {
 
 class Installed : public ProgramTest {
  protected:
-  // What a shell prints that runs the script in the test's directory.
+  // The output of a shell that runs the script in the test's directory.
   std::string printed(const std::string& shell, const std::string& script) {
     write_file("script", script);
     const std::string command = "cd '" + directory_.string() + "' && " + shell + " ./script >printed 2>&1";

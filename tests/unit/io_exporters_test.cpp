@@ -1,4 +1,5 @@
-// What programs that export scenes write, and the formats' documents show, beside the everyday: each loads, or says why not.
+// Scenes as exporting programs write them and the formats' documents show them, beside the everyday: each loads, or says why
+// not.
 #include "framework/io/image/exr.h"
 #include "framework/io/image/image_file.h"
 #include "framework/io/load_scene.h"

@@ -1,4 +1,4 @@
-// What the tests of readers share.
+// Shared by the tests of readers.
 #pragma once
 
 #include "framework/core/error.h"
@@ -53,7 +53,7 @@ inline std::string slurp(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// What the Error says that `call` throws; empty when it throws none.
+// The text of the Error that `call` throws; empty when it throws none.
 template <class Call>
 std::string error_of(const Call& call) {
   try {

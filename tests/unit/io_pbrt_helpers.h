@@ -1,4 +1,4 @@
-// What the tests of the pbrt reader share: scenes of a few lines, and what became of them.
+// Shared by the tests of the pbrt reader: scenes of a few lines, and what became of them.
 #pragma once
 
 #include "framework/io/pbrt/pbrt.h"

@@ -360,7 +360,7 @@ TEST(PbrtTextures, ReflectancesAreClampedToWhatASurfaceCanReflect) {
   EXPECT_TRUE(warns(scene, "s.pbrt:2:35: 'own values.exr' holds NaN or infinity in 1 texels"));
   EXPECT_TRUE(warns(scene, "s.pbrt:3:26: texture 't' of 'own values.exr' reaches inf, more than")) << scene.warnings.back();
   EXPECT_TRUE(warns(scene, "texture 't' of 'own values.exr' falls to -1e+09, less than"));
-  // What is scaled afterwards is the file's own value, even if a surface has used it before.
+  // A later scaling takes the file's own value, even if a surface has used it before.
   const std::string scaled =
       "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"t\" \"float scale\" .25 Material \"diffuse\" \"texture "
       "reflectance\" "

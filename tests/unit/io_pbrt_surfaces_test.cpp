@@ -156,7 +156,7 @@ TEST(PbrtTextureFields, NoiseVanishesOnTheLatticeAndRepeats) {
   EXPECT_EQ(perlin_noise({1e30f, 0, 0}), 0);
 }
 
-// What the scene's one textured shape reflects at (u, v).
+// The colour that the scene's one textured shape reflects at (u, v).
 Rgb reflectance_at(const Scene& scene, const vec2& uv) {
   const Diffuse& diffuse = std::get<Diffuse>(scene.materials.at(object_of(scene).shapes.at(0).material));
   return evaluate(diffuse.reflectance, scene.textures, uv);
@@ -263,13 +263,13 @@ TEST(PbrtTextureFields, AlphaIsAMaskOverUv) {
   EXPECT_EQ(version3.objects[0].shapes.size(), 1u);
   EXPECT_TRUE(warns(version3, "'alpha' has no effect, as in pbrt-v3, which knows it of trianglemesh and plymesh alone"));
   EXPECT_FALSE(world("Shape \"sphere\" \"float alpha\" 1").has_masks());
-  // What is composed of textures is baked over the shape's (u, v).
+  // A texture that is composed of others is baked over the shape's (u, v).
   const Scene composed = world(half + "Texture \"m\" \"float\" \"mix\" \"texture tex1\" \"h\" \"float tex2\" 0 " +
                                plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"m\" ");
   EXPECT_TRUE(std::holds_alternative<ImageTexture>(composed.textures.at(0)));
 }
 
-// Where rays cannot be asked.
+// Rays cannot be asked there.
 TEST(PbrtTextureFields, OpacityOfLightsAndByThePlaceCutsHoles) {
   const std::string half = "Texture \"h\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0 ";
   const std::string holed = "AreaLightSource \"diffuse\" " + plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"h\"";

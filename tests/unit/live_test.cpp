@@ -1,4 +1,4 @@
-// What a watched run tells of itself: samples of its rays, and means over its last iterations.
+// Figures that a watched run tells of itself: samples of its rays, and means over its last iterations.
 #include "experiments/run/live.h"
 #include "accel/registry.h"
 #include "framework/io/load_scene.h"

@@ -1,4 +1,4 @@
-// What a render takes is foreseen within a factor of two, and kept within --memory: by errors, never by another image.
+// The memory of a render is foreseen within a factor of two, and kept within --memory: by errors, never by another image.
 #include "experiments/run/memory_forecast.h"
 #include "framework/core/memory.h"
 #include "integrators/caches/cache_fill.h"
@@ -70,7 +70,7 @@ TEST(MemoryLimit, FailsWhatGrowsBeyondIt) {
   set_memory_limit(0);
 }
 
-// As docs/using.md says.
+// These are the bytes that docs/using.md states.
 TEST(MemoryOfStores, IsWhatTheDocumentsSay) {
   EXPECT_EQ(2 * sizeof(vec3) + sizeof(Rgb) + sizeof(float) + sizeof(PhotonSide) + sizeof(std::uint16_t), 46u);
   EXPECT_EQ(sizeof(IrradianceRecord), 136u);

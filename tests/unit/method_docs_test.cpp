@@ -20,7 +20,7 @@ using NameSet = std::set<std::string>;
 
 std::string document(const std::string& name) { return read_text_file(std::string(project_folder) + "docs/" + name); }
 
-// What stands between backticks.
+// The names that stand between backticks.
 NameSet quoted_names(const std::string& text) {
   NameSet names;
   for (std::size_t begin = text.find('`'); begin != std::string::npos; begin = text.find('`', begin)) {

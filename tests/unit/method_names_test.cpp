@@ -1,4 +1,4 @@
-// What reports call methods: the experiment's own labels, and in charts the shortest names that tell them apart.
+// Names that reports give to methods: the experiment's own labels, and in charts the shortest names that tell them apart.
 #include "experiments/report/method_names.h"
 #include "experiments/config/config.h"
 #include "experiments/log/json_line.h"

@@ -1,4 +1,4 @@
-// What a method leaves out or mixes up, as the warning beside its image says.
+// Light that a method leaves out or mixes up, as the warning beside its image says.
 #include "integrators/warnings/out_of_reach.h"
 #include "experiments/run/run_cell.h"
 #include "framework/scene/builder.h"

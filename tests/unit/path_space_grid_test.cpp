@@ -41,7 +41,7 @@ TEST(PathSpaceGrid, AnswersOnlyWhereEnoughWasSeen) {
   EXPECT_FALSE(grid.smooth_mean({0.5f, 0, 0.5f}, -up, 0, vec2(0.5f)));
 }
 
-// What the large cells of the first samples blurred must not stay: of 64 samples the first would weigh a 64th, and leave 2.55.
+// The blur of the first samples' large cells must not stay: of 64 samples the first would weigh a 64th, and leave 2.55.
 TEST(PathSpaceGrid, ForgetsItsFirstValues) {
   PathSpaceGrid grid(room, eye_above(0.02f, 1));
   for (std::uint32_t sample = 0; sample < 64; ++sample) {
@@ -149,9 +149,9 @@ TEST(PathSpaceGrid, BlursWithinCellsThatShrink) {
   }
 }
 
-// What is stated of noisy values at places in cells of their own, against the scatter of their means over seeds: before older
-// values lose half of their weight, when they have, and when others have come. Sums of weights, taken for numbers of values,
-// would state 1.2, 2.4 and 1.7 times the variance.
+// The variance that is stated of noisy values at places in cells of their own, against the scatter of their means over seeds:
+// before older values lose half of their weight, when they have, and when others have come. Sums of weights, taken for numbers
+// of values, would state 1.2, 2.4 and 1.7 times the variance.
 TEST(PathSpaceGrid, StatesTheVarianceOfItsAnswers) {
   constexpr double over_jitter = 32.0 / 45;  // what is stated is of the mean over jitter, of which there is none here
   constexpr int seeds = 400, stages = 3, places = 16, values = 20;

@@ -40,7 +40,7 @@ Table sample_verdicts() {
   return table;
 }
 
-// What has no image has no number, and is worse than what has one.
+// A method without an image has no number, and is worse than one that has an image.
 Table sample_losses() {
   Table table{"losses", "Losses", {}, {}, {}, {}};
   table.columns = {{"method", "method", false}, {"worst", "at worst"}};
@@ -85,7 +85,7 @@ TEST(Quotes, RatiosAndNotationsAreTaken) {
             "<!--= first/final relmse [room, path] as 100 * .2f -->12.35<!--/--> %");
 }
 
-// What a marker of this text shows.
+// The figure that a marker of this text shows.
 std::string figure(const std::string& marker) {
   const std::string open = "<!--= " + marker + " -->", text = filled(open + "<!--/-->");
   return text.substr(open.size(), text.size() - open.size() - 8);

@@ -1,4 +1,4 @@
-// What a report says of a method that chooses others.
+// The report on a method that chooses others.
 #include "experiments/report/regret.h"
 #include "tests/unit/report_helpers.h"
 

@@ -1,4 +1,4 @@
-// What `etendue render` writes where: nothing lost, nothing replaced that was not meant.
+// The files that `etendue render` writes: nothing is lost, and nothing is replaced that was not meant.
 #include "experiments/log/log.h"
 #include "framework/io/image/exr.h"
 #include "tests/unit/harness_process.h"

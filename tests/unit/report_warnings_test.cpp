@@ -1,4 +1,4 @@
-// What the report warns of, by the log that it is about.
+// Warnings of the report, by the log that it is about.
 #include "experiments/report/tables.h"
 #include "experiments/report/verdicts.h"
 #include "tests/unit/report_helpers.h"
@@ -66,7 +66,7 @@ TEST(Warnings, BiasOfAnUnbiasedMethodIsFlagged) {
   EXPECT_TRUE(warns(log, "declared unbiased"));
 }
 
-// What all seeds are held against has a mean that is as uncertain as theirs where its variance is.
+// The reference that all seeds are compared with has a mean that is as uncertain as theirs if its variance is as large.
 TEST(Warnings, BiasWithinTheReferencesNoiseIsNotFlagged) {
   RunLog log = small_log();
   for (CheckpointRecord& record : log.checkpoints)

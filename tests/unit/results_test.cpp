@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As what git says is another with each commit, the text of a page that stands is as good as git's on the day on which it was
+// Git's answer changes with each commit. So the text of the page that stands counts as git's on the day on which it was
 // written.
 CodeSince code_since_in_page(const std::string& root) {
   const std::string path = root + "/results/README.md";

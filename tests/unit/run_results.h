@@ -1,4 +1,4 @@
-// What a run found, without what a clock touches: two runs of one experiment agree in it to the bit.
+// The results of a run, without what a clock touches: two runs of one experiment agree in it to the bit.
 #pragma once
 
 #include "experiments/log/log.h"

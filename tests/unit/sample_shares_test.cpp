@@ -44,7 +44,7 @@ TEST(SampleShares, WithoutExtraSamplesEachPixelTakesOne) {
   EXPECT_EQ(shares.range(3).begin, 5 * SampleShares::most + 2);
 }
 
-// What differs from pixel to pixel, but not within them, needs no further samples.
+// Light that differs from pixel to pixel, but not within them, needs no further samples.
 TEST(SampleShares, PixelsOfAGradientTakeOne) {
   SampleShares shares(resolution, 2);
   for (std::size_t i = 0; i < pixels; ++i)

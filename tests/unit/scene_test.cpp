@@ -65,7 +65,7 @@ TEST(Camera, ConnectionInvertsTheRay) {
   }
 }
 
-// What light tracing adds to a pixel is the area of film that an area across the ray covers.
+// The factor that light tracing adds to a pixel is the area of film that an area across the ray covers.
 TEST(Camera, ConnectionsKnowHowTheViewIsStretched) {
   Camera camera;
   camera.fov = 0.8f;

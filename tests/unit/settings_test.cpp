@@ -1,4 +1,4 @@
-// What a report says of methods' defaults beside their other settings.
+// The report on methods' defaults beside their other settings.
 #include "experiments/report/regret.h"
 #include "tests/unit/report_helpers.h"
 
@@ -25,7 +25,7 @@ TEST(Settings, AreComparedWithTheDefaultsOfTheSameMethodAtEachTime) {
   EXPECT_TRUE(well_formed(to_svg(report.figures.at(0).figures.at(0))));
 }
 
-// What is within all errors alike is not the settings' own.
+// The noise that all errors hold alike is not the settings' own.
 TEST(Settings, AreComparedWithoutTheNoiseOfTheReferenceWhereItIsKnown) {
   RunLog log;
   log.manifests.push_back(manifest());

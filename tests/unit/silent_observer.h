@@ -1,4 +1,4 @@
-// For runs whose progress nobody watches.
+// An observer for runs whose progress nobody watches.
 #pragma once
 
 #include "experiments/run/run.h"

@@ -59,7 +59,7 @@ TEST(Statistics, StudentQuantilesMatchTheTables) {
   EXPECT_EQ(student_t_quantile(0.5, 3), 0);
 }
 
-// What the report says of four standard errors (declared.cpp).
+// The report says this of four standard errors (declared.cpp).
 TEST(Statistics, FourStandardErrorsOfFewSeedsAreExceededByChance) {
   EXPECT_NEAR(student_t_quantile(1 - 0.5 / 17.5, 2), 4, 0.02);
   EXPECT_NEAR(student_t_quantile(1 - 0.5 / 320, 9), 4, 0.02);
@@ -178,7 +178,7 @@ TEST(Arrival, MedianIsATimeOnlyIfMoreThanHalfArrived) {
   EXPECT_EQ(half.median.kind, Kind::never);
   EXPECT_EQ(half.arrived, 2u);
   EXPECT_EQ(half.count, 4u);
-  // Where one was there earlier than it was looked for, the mean with another is a bound.
+  // If one arrived earlier than it was looked for, its mean with another is a bound.
   for (const auto& [first, second] : {std::pair{1.0, 3.0}, {3.0, 1.0}}) {
     const ArrivalMedian early = median_arrival(std::vector<Arrival>{{Kind::before, first}, {Kind::at, second}});
     EXPECT_EQ(early.median.kind, Kind::before);

@@ -230,7 +230,7 @@ TEST(StressReport, MethodsAreComparedOnTheHazardsThatConcernAll) {
   EXPECT_NE(report.findings[0].second.find("0 of 1 to the end"), std::string::npos) << report.findings[0].second;
 }
 
-// What held before has not been moved to the end, and by how much a threshold beyond the range moved is not known.
+// A method that held before has not been moved to the end, and it is not known how far a threshold beyond the range moved.
 TEST(StressReport, RemediesOfWhatHoldsMoveNothing) {
   RunLog log;
   add_record(log, record_of("path", 2));

@@ -1,4 +1,4 @@
-// What the camera sees first: closed forms, misses, and numbers of instances and materials.
+// Images of what the camera sees first: closed forms, misses, and numbers of instances and materials.
 #include "experiments/report/aov.h"
 #include "framework/io/pbrt/pbrt.h"
 #include "framework/scene/builder.h"

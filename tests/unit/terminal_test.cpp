@@ -1,4 +1,4 @@
-// What people see at a terminal: a line that fits it, with what the render does meanwhile, and answers to what they mistype.
+// The terminal as people see it: a line that fits it, with what the render does meanwhile, and answers to what they mistype.
 #include "experiments/report/report_text.h"
 #include "tests/unit/harness_process.h"
 

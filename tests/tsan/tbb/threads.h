@@ -1,7 +1,7 @@
-// What this project uses of oneTBB, by the standard library's threads: the preset `tsan` puts it in oneTBB's place, since
-// ThreadSanitizer does not see what comes before what inside a library that is not built for it, and would take every loop for
-// a race. It is there to find races, not to be fast: each loop begins a few threads, and where none is spare the work is done
-// at once. Its own counters are relaxed: an order that they made between threads would hide the races of what these do.
+// The part of oneTBB that this project uses, by the standard library's threads: the preset `tsan` puts it in oneTBB's place,
+// since ThreadSanitizer does not see what comes before what inside a library that is not built for it, and would take every
+// loop for a race. It is there to find races, not to be fast: each loop begins a few threads, and where none is spare the work
+// is done at once. Its own counters are relaxed: an order that they made between threads would hide the races of what these do.
 #pragma once
 
 #include <algorithm>
