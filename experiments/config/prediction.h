@@ -1,7 +1,7 @@
 // Predictions that an experiment makes of the errors in its images before it runs, whose theory or figure that is, and of which
-// cells: [[predictions]] (docs/experiment-file.md has the keys). It is the exponent at which an error falls over x (where that
-// is "records", over those that lie in the region, where a cache tells where they are), the ratio of two methods' RMSE at the
-// end of their runs, or the bias of each image.
+// cells: [[predictions]] (docs/experiment-file.md has the keys). A prediction is of the exponent at which an error falls over
+// x, of the ratio of two methods' RMSE at the end of their runs, or of the bias of each image. Where x is "records" and a cache
+// tells where they are, those in the region count.
 //
 // The log keeps predictions and their regions in one line. The last such line counts, so that a window can be moved without
 // running anything again.

@@ -10,8 +10,8 @@
 // level ([Hanley1983]), so paths not yet seen can add at most `brightest` ln(1 / level) / N to the mean. A difference convicts
 // only where it exceeds the t-test's limit by more than that allowance of the darker estimator. Between the two the data cannot
 // tell, and the verdict says how many samples could. The bound is the brightest light's radiance (paths are MIS-weighted with
-// each other so that none carries much more), or twice what the skewness of the noise says of the rare samples in it, if that
-// is larger: delta lights have no radiance.
+// each other so that none brings much more), or twice what the skewness of the noise says of the rare samples in it, if that is
+// larger: delta lights have no radiance.
 //
 // Two estimators that have both missed the same light agree. Where what they may have missed is as much as the image's mean, or
 // more, the verdict is that the data cannot tell: a lamp seen by way of glass alone leaves both of them black.

@@ -6,7 +6,7 @@
 
 namespace etendue {
 
-// Radiance along `ray` from its hit `point`, or from infinity where that is null, times what the path carries. `pdf_bsdf` is
+// Radiance along `ray` from its hit `point`, or from infinity where that is null, times the path's throughput. `pdf_bsdf` is
 // the density the ray was sampled with at its origin; 0 for the camera and for delta lobes, which light sampling cannot find.
 inline Rgb met_with_mis(const RenderContext& context, const Ray& ray, const SurfacePoint* point, float pdf_bsdf,
                         const Rgb& throughput, MisMode mis) {

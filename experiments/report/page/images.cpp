@@ -157,7 +157,7 @@ double difference_unit_of(const std::vector<dvec3>& values) {
   return most > 0 && std::isfinite(most) ? power_of_two(most) / 4096 : 1;
 }
 
-// The images at checkpoints lie one below the other in one file. `perceived`: what FLIP takes for the truth; null: no FLIP.
+// The images at checkpoints lie one below the other in one file. `perceived`: the reference of FLIP; null: no FLIP.
 void add_frames(PageImage& image, const KeptImage& source, const SceneImages& scene, const Image* perceived,
                 const std::string& name, PixelStore& store) {
   const auto& checkpoints = source.replicate->checkpoints;
