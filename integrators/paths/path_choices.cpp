@@ -179,8 +179,41 @@ std::vector<vec3> corners_of(const Geometry& geometry, const AreaLight& light) {
   return {geometry.positions[v.x], geometry.positions[v.y], geometry.positions[v.z]};
 }
 
-// Does a pane stand between each light that rays can meet and all that takes light samples? What no pane is proved to hide is
-// sampled: a few rays cannot tell, and a light that they miss would be lost.
+// A sphere without a non-specular lobe, which parts what is within it from what is without.
+struct Shell {
+  Sphere sphere;
+
+  // Are all boxes on one side of it and the light on the other, at least `margin` (metres) off?
+  bool separates(std::span<const Bounds> boxes, const Geometry& geometry, const AreaLight& light, float margin) const {
+    const auto least = [&](const Bounds& b) {
+      return glm::length(glm::max(glm::max(b.lower - sphere.centre, sphere.centre - b.upper), vec3(0)));
+    };
+    const auto most = [&](const Bounds& b) {
+      return glm::length(glm::max(glm::abs(b.lower - sphere.centre), glm::abs(b.upper - sphere.centre)));
+    };
+    const Bounds lamp = geometry.primitive_bounds(light.primitive);
+    float nearest = least(lamp);
+    if (!geometry.is_triangle(light.primitive))  // the box of a spherical lamp about the shell holds its centre
+      if (const auto* ball = std::get_if<Sphere>(&geometry.quadric(light.primitive)))
+        nearest = std::abs(glm::length(ball->centre - sphere.centre) - ball->radius);
+    const float inner = sphere.radius - margin, outer = sphere.radius + margin;
+    return (nearest > outer && std::ranges::all_of(boxes, [&](const Bounds& b) { return most(b) < inner; })) ||
+           (most(lamp) < inner && std::ranges::all_of(boxes, [&](const Bounds& b) { return least(b) > outer; }));
+  }
+};
+
+std::vector<Shell> shells_of(const Scene& scene) {
+  std::vector<Shell> shells;
+  const Geometry& geometry = scene.objects[0].geometry;
+  for (const Shape& shape : scene.objects[0].shapes)
+    for (std::uint32_t id = shape.first_primitive; id < shape.first_primitive + shape.primitive_count; ++id)
+      if (!geometry.is_triangle(id) && !has_non_specular(scene.materials[shape.material]))
+        if (const auto* sphere = std::get_if<Sphere>(&geometry.quadric(id))) shells.push_back({*sphere});
+  return shells;
+}
+
+// Does a pane or a shell stand between each light that rays can meet and all that takes light samples? What none is proved to
+// hide is sampled: a few rays cannot tell, and a light that they miss would be lost.
 bool panes_hide_lights(const RenderContext& context) {
   constexpr std::size_t most_pairs = 100'000;  // of a pane and a light, which take a tenth of a second; more are not tried
   constexpr float least_margin = 1e-4f;        // of the scene's extent: far above what rounding moves rays by
@@ -189,19 +222,23 @@ bool panes_hide_lights(const RenderContext& context) {
   std::vector<Pane> panes;
   for (const Shape& shape : scene.objects[0].shapes)
     if (auto pane = Pane::of(scene, shape, 0.01f * margin)) panes.push_back(std::move(*pane));
-  const bool too_many = panes.size() * scene.lights.size() > most_pairs;
-  if (panes.empty() || too_many || context.needs.masks ||
+  const std::vector<Shell> shells = shells_of(scene);
+  const bool too_many = (panes.size() + shells.size()) * scene.lights.size() > most_pairs;
+  if ((panes.empty() && shells.empty()) || too_many || context.needs.masks ||
       std::ranges::any_of(scene.planes, [&](const InfinitePlane& plane) { return receives(scene, plane); }))
     return false;
   Bounds lit;
-  for (const Bounds& box : receivers(scene)) lit.extend(box);
+  const std::vector<Bounds> boxes = receivers(scene);
+  for (const Bounds& box : boxes) lit.extend(box);
   if (lit.empty()) return false;
   const std::vector<vec3> lit_corners = corners_of(lit);
   return std::ranges::all_of(scene.lights, [&](const Light& light) {
     const auto* area = std::get_if<AreaLight>(&light);
     if (!area) return is_delta(light);
     const std::vector<vec3> corners = corners_of(scene.objects[0].geometry, *area);
-    return std::ranges::any_of(panes, [&](const Pane& pane) { return pane.separates(lit_corners, corners, margin); });
+    return std::ranges::any_of(panes, [&](const Pane& pane) { return pane.separates(lit_corners, corners, margin); }) ||
+           std::ranges::any_of(
+               shells, [&](const Shell& shell) { return shell.separates(boxes, scene.objects[0].geometry, *area, margin); });
   });
 }
 
@@ -213,7 +250,7 @@ MisChoice choose_mis(const RenderContext& context) {
     return {MisMode::power, "no ray can meet a light"};
   if (context.lights.only_even()) return {MisMode::bsdf, "light comes evenly from all directions"};
   if (bsdf_samples_are_exact(context)) return {MisMode::bsdf, "the light looks the same in all directions"};
-  if (panes_hide_lights(context)) return {MisMode::bsdf, "specular panes hide all lights from light samples"};
+  if (panes_hide_lights(context)) return {MisMode::bsdf, "specular surfaces hide all lights from light samples"};
   if (light_samples_are_dense(context)) return {MisMode::light, "lights are small from every diffuse surface"};
   return {MisMode::power, "BSDF samples find some lights as well as light samples do"};
 }

@@ -112,6 +112,25 @@ TEST(PathChoices, LightsAreSampledUnlessPanesHideThemFromAllSurfaces) {
   EXPECT_NE((UnderGlass{.second_lamp = true}.mode()), MisMode::bsdf);
 }
 
+// A bulb: a lamp in a ball of glass over a floor.
+MisMode under_bulb(float lamp_radius, const Material& glass, float floor = 0) {
+  SceneBuilder b("bulb");
+  b.mesh(quad({-1, floor, 1}, {1, floor, 1}, {1, floor, -1}, {-1, floor, -1}), b.material(Diffuse{Rgb(0.5f)}));
+  b.quadric(Sphere{{0, 1, 0}, lamp_radius}, b.material(Diffuse{Rgb(0)}), Rgb(1));
+  b.quadric(Sphere{{0, 1, 0}, 0.2f}, b.material(glass));
+  b.camera({0, 1, 3}, {0, 0.5f, 0}, 50, {8, 8});
+  SceneContext stage(b.finish(), {8, 8}, 1);
+  return choose_mis(stage.context).mode;
+}
+
+TEST(PathChoices, LightsAreSampledUnlessAShellHidesThemFromAllSurfaces) {
+  EXPECT_EQ(mis_of("builtin:glossy-furnace"), MisMode::bsdf);
+  EXPECT_EQ(under_bulb(0.05f, Dielectric{.eta = 1.5f}), MisMode::bsdf);
+  EXPECT_NE(under_bulb(0.05f, Dielectric{.eta = 1.5f, .alpha = 0.3f}), MisMode::bsdf);
+  EXPECT_NE(under_bulb(0.25f, Dielectric{.eta = 1.5f}), MisMode::bsdf);        // the lamp is without
+  EXPECT_NE(under_bulb(0.05f, Dielectric{.eta = 1.5f}, 0.9f), MisMode::bsdf);  // the floor is within as well
+}
+
 TEST(PathChoices, RouletteWaitsWherePathsBringTheSame) {
   const auto evenness = [](const char* name) {
     const SceneContext scene(load_scene(name), {16, 16});
