@@ -307,8 +307,8 @@ class CommandLine {
     text(c, "--shard", results_.shard, "I/N", "only part I (0 .. N-1) of N of each; what they found is left in out/results/");
     c = add("list", "every scene, method, structure and metric", [this] { return list_command(list_, list_params_); });
     positional(c, "WHAT", list_,
-               "scenes, integrators, accels, metrics, points, records, motions, policies, measurements, figures, edits or "
-               "decisions; or one name, such as sppm; default all",
+               "scenes, integrators, accels, metrics, points, records, motions, policies, measurements, figures, edits, "
+               "decisions or experiments; or one name, such as sppm; default all",
                false);
     c->add_flag("--params,--all", list_params_, "with each parameter: default, range and unit");
     c = add("completion", "a script that completes commands, options and names in a shell: source <(etendue completion bash)",
