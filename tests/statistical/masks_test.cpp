@@ -72,16 +72,16 @@ TEST(LongMaskedImages, DiscsOnAPlateAreWholeHoweverLongTheyAreMeasured) {
   EXPECT_NEAR(mean_under_plate(0.3f, "sppm", 256) / mean_under_plate(0.3f, "path", 1024), 1, 0.03);
 }
 
-// A decal a millimetre above a floor of the same grey, both in the light of a ceiling that a lamp shines at from below. The
+// A dark decal a millimetre above a light floor, both in the light of a ceiling that a lamp shines at from below. The
 // camera sees the decal alone.
 Scene decal_on_floor(const Texture& mask) {
   SceneBuilder b("decal");
-  const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)}), white = b.material(Diffuse{Rgb(0.8f)});
+  const std::uint32_t dark = b.material(Diffuse{Rgb(0.2f)}), white = b.material(Diffuse{Rgb(0.8f)});
   const std::uint32_t black = b.material(Diffuse{Rgb(0)});
   MeshData decal = quad({-1, 1e-3f, 1}, {1, 1e-3f, 1}, {1, 1e-3f, -1}, {-1, 1e-3f, -1});
   decal.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), grey);
-  b.mesh(std::move(decal), grey);
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), white);
+  b.mesh(std::move(decal), dark);
   b.mesh(quad({-2, 2, -2}, {2, 2, -2}, {2, 2, 2}, {-2, 2, 2}), white);
   b.mesh(quad({-0.2f, 1, 0.2f}, {0.2f, 1, 0.2f}, {0.2f, 1, -0.2f}, {-0.2f, 1, -0.2f}), black, Rgb(10));
   b.camera({0.5f, 0.9f, 1.5f}, {0, 0, 0.2f}, 20, {16, 16});
@@ -129,6 +129,7 @@ TEST(MaskedImages, MergesOnADecalAreNotThoseOnTheFloorBelow) {
 
 TEST(MaskedImages, RecordsOnAFloorAreNotThoseOfADecalOnIt) {
   expect_decal(half, "irradiance-cache", {}, 8, 0.03);
+  expect_decal(half, "hash-cache", {}, 64, 0.03);
   expect_decal(half, "photon-cache", testing::params_of({{"photons", "50k"}, {"fill", "density"}}), 4, 0.03);
 }
 
