@@ -108,7 +108,7 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
 
 namespace {
 
-// Of the last run, or of a whole one before it: a run with a filter may end where that one was stopped.
+// The cells of the last run, or of a whole one before it: a run with a filter may end where that one was stopped.
 std::uint64_t planned_cells(const RunLog& log) {
   std::uint64_t cells = log.plans.empty() ? 0 : log.plans.back().cells;
   for (const PlanRecord& plan : log.plans)

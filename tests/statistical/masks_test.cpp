@@ -119,8 +119,8 @@ void expect_decal(const Texture& mask, const char* method, const ParamMap& param
 }
 
 TEST(MaskedImages, PhotonsOnADecalAreNotThoseOnTheFloorBelow) {
-  expect_decal(half, "photon-map", testing::params_of({{"photons", "50k"}}), 4, 0.03);
-  expect_decal(half, "sppm", {}, 8, 0.03);
+  expect_decal(half, "photon-map", testing::params_of({{"photons", "50k"}}), 4, 0.05);
+  expect_decal(half, "sppm", {}, 8, 0.04);
 }
 
 TEST(MaskedImages, MergesOnADecalAreNotThoseOnTheFloorBelow) {
