@@ -267,11 +267,14 @@ NearWalls walls_in_ball(const vec3& normal, float reach, const std::optional<Mat
   return WallGrid(b.finish(), reach).near({0, 0, -1}, normal, reach, side_test);
 }
 
-TEST(PhotonEdges, InsideOfABallNothingHidesButWhatStandsThere) {
+TEST(PhotonEdges, OnABallNothingHidesButWhatStandsThere) {
   const vec3 inside(0, 0, 1), outside(0, 0, -1);
   EXPECT_TRUE(walls_in_ball(inside, 0.3f).none());
   EXPECT_FALSE(walls_in_ball(inside, 0.3f, std::nullopt, false).none());  // what landed outside, too, may come to be looked at
-  EXPECT_FALSE(walls_in_ball(outside, 0.3f).none());
+  EXPECT_TRUE(walls_in_ball(outside, 0.3f).none());
+  EXPECT_FALSE(walls_in_ball(outside, 0.3f, std::nullopt, false).none());
+  EXPECT_FALSE(walls_in_ball(outside, 0.3f, Diffuse{Rgb(0)}).none());
+  EXPECT_FALSE(walls_in_ball(outside, 1.2f).none());  // the outer one
   EXPECT_FALSE(walls_in_ball(inside, 0.6f).none());  // of the outer one's inside
   EXPECT_FALSE(walls_in_ball(inside, 0.3f, Diffuse{Rgb(0)}).none());
 }
