@@ -163,7 +163,8 @@ class CommandLine {
     threads(c, run_.options.threads, "default: the experiment's, else all of the machine's");
     isa(c);
     memory(c);
-    c->add_flag("--quick", run_.options.quick, "a small version: what the file's [quick] table says");
+    c->add_flag("--quick", run_.options.quick,
+                "a small version, into out/NAME-quick: what the file's [quick] table says, else what its kind has");
     c->add_flag("--dry-run", run_.dry_run, "list the cells and run nothing");
     reading(c, run_.options.reading);
     text(c, "--filter", run_.options.filter, "REGEX",

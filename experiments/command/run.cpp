@@ -35,8 +35,10 @@ void print_plan(const RunPlan& plan, Console& console) {
   }
   const std::size_t left = plan.cells.size() - done;
   if (plan.config.structures)
-    console.line(fmt::format("{} structures timed on {} scenes", plan.config.accels.size(), plan.config.scenes.size()));
-  console.line(fmt::format("{}, {} to run; into {}", counted(plan.cells.size(), "cell"), left, plan.directory));
+    console.line(fmt::format("{} timed on {}", counted(plan.config.accels.size(), "structure"),
+                             counted(plan.config.scenes.size(), "scene")));
+  const std::string cells = plan.cells.empty() ? "" : fmt::format("{}, {} to run; ", counted(plan.cells.size(), "cell"), left);
+  console.line(fmt::format("{}into {}", cells, plan.directory));
   if (const std::string effort = plan.config.kind->effort(plan.config); left > 0 && !effort.empty())
     console.line("each cell: " + effort);
   if (left > 0 && plan.config.budget.time_s)

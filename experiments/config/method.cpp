@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <map>
 #include <set>
@@ -74,6 +75,12 @@ std::vector<Method> read_combinations(const ConfigNode& node, const std::string&
   std::vector<Method> methods{bare};
   for (const auto& [parameter, value] : *table) {
     if (parameter == "name" || (labels && parameter == label_key)) continue;
+    constexpr std::array of_the_file{"accels",  "budget",     "confidence", "metrics", "reference",
+                                     "regions", "resolution", "scenes",     "seeds",   "threads"};
+    if (contains(of_the_file, parameter) && !contains(known, parameter))
+      throw Error(value.key_where, fmt::format("{}: '{}' is a key of the file, not a parameter; expected it before the first "
+                                               "[table] or [[table]]",
+                                               bare.name, parameter));
     require_name(value.key_where, "parameter", parameter, known, bare.name + ": ");
     const std::vector<ParamValue> values = read_values(value, key + "." + parameter);
     if (methods.size() * values.size() > most_combinations)

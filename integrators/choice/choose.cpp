@@ -161,6 +161,12 @@ class Chooser {
               fmt::format("about {:.0f} records would take {} of the budget, and paths that share light through a hash grid "
                           "need none",
                           found_.records, share)};
+    if (fill() >= rays_)
+      return {"irradiance-cache",
+              {},
+              fmt::format("indirect light on diffuse surfaces is smooth, though the budget ends before its {:.0f} records are "
+                          "made",
+                          found_.records)};
     return {"irradiance-cache",
             {},
             fmt::format("indirect light on diffuse surfaces is smooth enough for about {:.0f} records, which take {} of the "

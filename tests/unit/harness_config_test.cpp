@@ -128,6 +128,7 @@ TEST(ExperimentConfig, BadOverridesAreErrorsToo) {
 
 TEST(ExperimentConfig, SlipsAreErrorsAtTheirPlace) {
   expect_error(config_with("seeds", "sedes"), "x.toml:4:1", "did you mean 'seeds'");
+  expect_error(config_with("max_depth = 7", "max_depth = 7\nresolution = [8, 8]"), "x.toml:9:1", "is a key of the file");
   expect_error(config_with("time =", "tme ="), "x.toml:5:12", "did you mean 'time'");
   expect_error(config_with("1.5min", "1.5mn"), "x.toml:5:19", "units: s, ms, min, h");
   expect_error(config_with("\"1.5min\"", "true"), "x.toml:5:19", "a boolean; expected a time");
