@@ -195,7 +195,7 @@ void RecordCache::write(ByteWriter& body) const {
 void RecordCache::read(const RenderContext& context, ByteReader& body) {
   const bool one_level = context.max_depth(asked_depth_) > shared_above;
   standing_.read(body);
-  if (standing_.first_round() > 0) refuse_signed_filter(context, body);
+  if (progress_.refines && standing_.rounds() > 0) refuse_signed_filter(context, body);
   saved_ = read_levels(body, one_level, IrradianceEstimate{});
   if (rough_) rough_->read(context, body, one_level);
 }

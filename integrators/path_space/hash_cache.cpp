@@ -92,9 +92,10 @@ class HashCache final : public Integrator, public FileCache {
   }
 
  private:
-  // Format 2: sums in which older values weigh less; 3: their squared weights too; 4: of whole paths where depths are apart.
+  // Format 2: sums in which older values weigh less; 3: their squared weights too; 4: of whole paths where depths are apart; 5:
+  // without those on sheets that let light through.
   Identity identity() const override {
-    return {"hash-cache", param_texts(params_), {"caustic_photons", "enough", "finest", "light_samples"}, 4};
+    return {"hash-cache", param_texts(params_), {"caustic_photons", "enough", "finest", "light_samples"}, 5};
   }
   CausticMap* caustic_map() override { return &params_.caustic_map; }
   void write(ByteWriter& body) const override {

@@ -230,11 +230,11 @@ NearWalls WallGrid::near(const vec3& position, const vec3& normal, float radius,
   const Cell& cell = cells_[index(uvec3(at))];
   if (cell.count == NearWalls::too_many) return walls;
   walls.count_ = 0;
-  // A sphere alone, whose photons landed on the side that is seen: from within it all ways are clear, and from without they end
-  // above it.
+  // A sphere alone no smaller than the radius, whose photons passed the side test: from within it all ways are clear, and from
+  // without they end above it.
   const auto hides_none = [&](const Sheet& sheet) {
     return !sheet.is_sphere ||
-           (side_test && (sheet.holds_ball(position, normal, radius) || glm::dot(sheet.normal_at(position), normal) > 0.999f));
+           (side_test && radius <= sheet.height_or_radius && std::abs(glm::dot(sheet.normal_at(position), normal)) > 0.999f);
   };
   if (cell.count == 1 && hides_none(sheets_[cell.first])) return walls;
   walls.rounding_ = rounding_;

@@ -46,11 +46,6 @@ struct Sheet {
   bool is_beside(const vec3& p, float distance) const {
     return max_component(glm::max(bounds.lower - p, p - bounds.upper)) > distance;
   }
-  // Is a sphere's inside on the side of unit `normal` at a point of it, and the radius within its own? Then what has passed a
-  // side test lies inside, where nothing of the sphere hides it.
-  bool holds_ball(const vec3& p, const vec3& normal, float radius) const {
-    return radius <= height_or_radius && glm::dot(normal_at(p), normal) < 0;
-  }
   vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
 };
 

@@ -94,6 +94,26 @@ TEST(FilteredImages, AnEvenSkyIsEven) {
   }
 }
 
+// After two and three iterations, when pixels take other numbers of samples, none may have lost its direct light.
+TEST(FilteredImages, CachesKeepDirectLightUnderSignedFilters) {
+  SceneBuilder b("floor");
+  b.mesh(quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), b.material(Diffuse{Rgb(0.5f)}));
+  b.light(PointLight{{0, 4, 0}, Rgb(10)});
+  b.camera({0, 3, 0.1f}, {0, 0, 0}, 40, {8, 8});
+  Scene scene = b.finish();
+  for (const FilterShape& filter : {mitchell, lanczos}) {
+    scene.filter = make_pixel_filter(filter);
+    for (const char* method : {"irradiance-cache", "radiance-cache", "photon-cache", "hash-cache"})
+      for (const std::uint32_t iterations : {2u, 3u}) {
+        RenderOptions options;
+        options.resolution = {8, 8};
+        options.iterations = iterations;
+        for (const dvec3& pixel : render(scene, method, options).image.pixels)
+          EXPECT_NEAR(pixel.y, 0.0995, 0.025) << method << " " << filter.text();  // 0.5 / pi 10 / 4^2, less to the sides
+      }
+  }
+}
+
 // The reference of a scene with a closed form is filtered as its images are.
 TEST(FilteredImages, ClosedFormsAreFilteredAlike) {
   Scene scene = load_scene("builtin:sphere-light");

@@ -275,6 +275,11 @@ TEST(PhotonEdges, OnABallNothingHidesButWhatStandsThere) {
   EXPECT_FALSE(walls_in_ball(outside, 0.3f, std::nullopt, false).none());
   EXPECT_FALSE(walls_in_ball(outside, 0.3f, Diffuse{Rgb(0)}).none());
   EXPECT_FALSE(walls_in_ball(outside, 1.2f).none());  // the outer one
+  SceneBuilder b("ball");
+  b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(1)}));
+  const Scene ball = b.finish();
+  for (const float reach : {0.9f, 1.2f})  // around a smaller ball light may land on its far side, from within
+    EXPECT_EQ(WallGrid(ball, reach).near({0, 0, -1}, outside, reach, true).none(), reach < 1) << reach;
   EXPECT_FALSE(walls_in_ball(inside, 0.6f).none());  // of the outer one's inside
   EXPECT_FALSE(walls_in_ball(inside, 0.3f, Diffuse{Rgb(0)}).none());
 }

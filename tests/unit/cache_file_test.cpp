@@ -164,6 +164,17 @@ TEST_P(SavedCaches, GoOnWhereTheyStood) {
   EXPECT_NE(run(scene_, true, 8, half.cache).hash, half.hash);
 }
 
+// Their samples go on in the middle of the sequence, where those of negative weight may be all that a pixel gets.
+TEST_P(SavedCaches, ThatGoOnAreRefusedUnderSignedFilters) {
+  Scene filtered = scene_;
+  filtered.filter = make_pixel_filter(named_filter("mitchell"));
+  const std::string cache = run(scene_, true, 4).cache;
+  EXPECT_NE(refusal([&] { run(filtered, true, 1, cache); }).find("another --pixel-filter"), std::string::npos);
+  if (!GetParam().unrefined.empty()) {
+    EXPECT_EQ(refusal([&] { run(filtered, false, 1, run(scene_, false, 4).cache); }), "");
+  }
+}
+
 TEST_P(SavedCaches, ServeAnotherView) {
   const Scene other = moved(scene_);
   const bool refines = GetParam().unrefined.empty();

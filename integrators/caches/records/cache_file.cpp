@@ -24,7 +24,9 @@ void ByteReader::refuse(const std::string& what) const { throw Error(where_, "th
 
 void refuse_signed_filter(const RenderContext& context, const ByteReader& body) {
   if (has_signed_filter(context))
-    body.refuse("it goes on in the middle of the samples, which a pixel filter with negative parts (mitchell, sinc) cannot");
+    throw Error(body.where(),
+                "this cache goes on in the middle of its pixels' samples, which a filter with negative parts cannot; "
+                "expected another --pixel-filter than mitchell, sinc and their kin");
 }
 
 std::string_view ByteReader::take_bytes(std::size_t count) {

@@ -25,7 +25,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
   const auto add = [](mat3& gradient, const vec3& direction, const Rgb& amount) {
     for (int c = 0; c < 3; ++c) gradient[c] += amount[c] * direction;
   };
-  const float turn_in_sector = math::sin(0.5f * sector) / (0.5f * sector);  // what the mean over a sector leaves of its middle
+  const float turned = sectors > 1 ? scale : 0;  // one sector has no direction to turn to
   for (int k = 0; k < sectors; ++k) {
     const float middle = sector * (static_cast<float>(k) + 0.5f), edge = sector * static_cast<float>(k);
     Rgb turning(0), outward(0), around(0);
@@ -47,7 +47,7 @@ IrradianceEstimate estimate_irradiance(const HemisphereStrata& strata, std::span
       around +=
           (here.radiance - before.radiance) * ((ring_sine[j + 1] - ring_sine[j]) / std::min(here.distance, before.distance));
     }
-    add(out.rotation, plane(middle + 0.5f * pi), scale * turn_in_sector * turning);
+    add(out.rotation, plane(middle + 0.5f * pi), turned * turning);
     add(out.translation, plane(middle), outward);
     add(out.translation, plane(edge + 0.5f * pi), around);
   }

@@ -37,6 +37,7 @@ class CacheStanding {
   // Continues after the rounds done so far; without refinement, or with a given number of records, after the overture.
   void begin(const RenderContext& context, bool has_overture);
   std::uint32_t first_round() const { return first_round_; }
+  std::uint32_t rounds() const { return rounds_; }
   void reached(std::uint32_t rounds) { rounds_ = rounds; }
   std::uint32_t stage() const { return stage_; }
   std::uint32_t spacing() const { return spacing_; }  // the stage whose accuracy records have
