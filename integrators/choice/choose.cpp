@@ -76,11 +76,11 @@ class Chooser {
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
 
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
-  // from. What falls on glossy surfaces does not tell where paths meet some of it: they follow the lobes that send light on to
-  // the camera.
+  // from. What falls on glossy surfaces does not tell where paths find any light: they follow the lobes that send light on
+  // to the camera.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
-    if (found_.diffuse < fewest_diffuse && found_.caustic_hits > 0) return false;
+    if (found_.diffuse < fewest_diffuse && (found_.caustic_hits > 0 || found_.path_error > 0)) return false;
     if (!may_cast_caustics(context_) || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);

@@ -192,13 +192,16 @@ struct Shell {
       return glm::length(glm::max(glm::abs(b.lower - sphere.centre), glm::abs(b.upper - sphere.centre)));
     };
     const Bounds lamp = geometry.primitive_bounds(light.primitive);
-    float nearest = least(lamp);
+    float nearest = least(lamp), farthest = most(lamp);
     if (!geometry.is_triangle(light.primitive))  // the box of a spherical lamp about the shell holds its centre
-      if (const auto* ball = std::get_if<Sphere>(&geometry.quadric(light.primitive)))
-        nearest = std::abs(glm::length(ball->centre - sphere.centre) - ball->radius);
+      if (const auto* ball = std::get_if<Sphere>(&geometry.quadric(light.primitive))) {
+        const float apart = glm::length(ball->centre - sphere.centre);
+        nearest = std::abs(apart - ball->radius);
+        farthest = apart + ball->radius;
+      }
     const float inner = sphere.radius - margin, outer = sphere.radius + margin;
     return (nearest > outer && std::ranges::all_of(boxes, [&](const Bounds& b) { return most(b) < inner; })) ||
-           (most(lamp) < inner && std::ranges::all_of(boxes, [&](const Bounds& b) { return least(b) > outer; }));
+           (farthest < inner && std::ranges::all_of(boxes, [&](const Bounds& b) { return least(b) > outer; }));
   }
 };
 

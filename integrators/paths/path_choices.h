@@ -11,11 +11,11 @@ struct MisChoice {
   const char* why = "";
 };
 
-// BSDF samples are alone where light is the same in all directions, as light samples cannot bring more, and where flat panes of
-// delta lobes stand between all lights that rays can meet and all surfaces, as light samples end there. Light samples are alone
-// where surfaces are diffuse or specular and so far from each light that these are everywhere denser than BSDF samples: their
-// share of the weight would only add its noise. Else both have weights by the power heuristic. The choice depends on the scene
-// and on how its lights are chosen.
+// BSDF samples are alone where light is the same in all directions, as light samples cannot bring more, and where flat panes or
+// spheres of delta lobes stand between all lights that rays can meet and all surfaces, as light samples end there. Light
+// samples are alone where surfaces are diffuse or specular and so far from each light that these are everywhere denser than
+// BSDF samples: their share of the weight would only add its noise. Else both have weights by the power heuristic. The choice
+// depends on the scene and on how its lights are chosen.
 MisChoice choose_mis(const RenderContext& context);
 
 // How many times its throughput a path's chance to survive roulette may be: the mean of a pixel over the standard deviation of

@@ -6,7 +6,10 @@ namespace etendue {
 
 bool may_cast_caustics(const RenderContext& context) {
   constexpr float nearly_smooth = 0.05f;  // GGX alpha
-  return context.needs.caustic_map || RoughMaterials(context.scene, nearly_smooth).narrow_lobes();
+  return context.needs.caustic_map || std::ranges::any_of(context.scene.materials, [](const Material& material) {
+           const auto* glass = std::get_if<Dielectric>(&material);
+           return glass != nullptr && glass->alpha > 0 && glass->alpha < nearly_smooth;
+         });
 }
 
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits) {

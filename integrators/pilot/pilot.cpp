@@ -292,11 +292,6 @@ bool is_unmet(const Scene& scene, const LightRay& emitted, float brightest) {
 
 PilotPhotons trace_pilot_photons(const RenderContext& small, const RoughMaterials& rough, float brightest,
                                  const PhotonPass& pass) {
-  if (!small.lights.any_delta() && brightest == 0) {
-    PilotPhotons out{trace_photons(small, rough, pass), {}};
-    out.unmet.resize(out.photons.size(), 0);
-    return out;
-  }
   const PathNumbers of_pass(small.seed, pass, pass.key);
   std::vector<std::uint32_t> stored(pass.count);  // by path
   std::vector<std::uint8_t> of_unmet(pass.count);
