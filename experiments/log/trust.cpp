@@ -108,11 +108,15 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
 
 namespace {
 
-// The cells of the last run, or of a whole one before it: a run with a filter may end where that one was stopped.
+// The cells of the last run, or of one before it of the same shard without a filter: a run with a filter may end where that one
+// was stopped.
 std::uint64_t planned_cells(const RunLog& log) {
-  std::uint64_t cells = log.plans.empty() ? 0 : log.plans.back().cells;
+  if (log.plans.empty()) return 0;
+  const PlanRecord& last = log.plans.back();
+  std::uint64_t cells = last.cells;
   for (const PlanRecord& plan : log.plans)
-    if (plan.filter.empty() && plan.shards == 1) cells = std::max<std::uint64_t>(cells, plan.cells);
+    if (plan.filter.empty() && plan.shards == last.shards && plan.shard == last.shard)
+      cells = std::max<std::uint64_t>(cells, plan.cells);
   return cells;
 }
 
@@ -135,8 +139,8 @@ std::vector<std::string> missing_parts(const std::vector<RunLog>& logs, const st
           directories[i], log.cell_count(), planned));
     } else if (const std::uint64_t planned = planned_cells(log); log.cell_count() < planned) {
       findings.push_back(
-          fmt::format("{}: a run before was stopped, or lines of its log are missing: {} of {} cells are there; the same "
-                      "`etendue run` makes the others",
+          fmt::format("{}: a run before was stopped, or lines of its log are missing: {} of {} cells are there; `etendue run` "
+                      "without --filter makes the others",
                       directories[i], log.cell_count(), planned));
     }
     for (const PlanRecord& plan : log.plans) {

@@ -151,8 +151,10 @@ Predictions exponent_predictions(const std::vector<FittedRate>& rates) {
         "Of points in the window that are not above zero there is no logarithm: a fit to the others is too flat, and "
         "undecided.");
   if (std::ranges::any_of(rates, &FittedRate::holds_noise))
-    predictions.notes.push_back(std::string(noise_left_in_regions) +
-                                " An exponent there is too flat where that noise is not small, and undecided.");
+    predictions.notes.emplace_back(
+        "The noise of references is left in where nobody knows it: in regions, and of images that were given. An exponent "
+        "there "
+        "is too flat where that noise is not small, and undecided.");
   const auto intervals =
       std::ranges::count_if(rates, [](const FittedRate& rate) { return rate.fit && rate.fit->exponent_interval; });
   predictions.notes.push_back(

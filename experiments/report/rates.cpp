@@ -1,6 +1,7 @@
 #include "experiments/report/rates.h"
 
 #include "experiments/log/products.h"
+#include "experiments/report/declared.h"
 #include "framework/core/error.h"
 
 #include <fmt/format.h>
@@ -164,7 +165,8 @@ FittedRate make_rate(const Prediction& law, const SceneData& scene, const Config
   rate.law = &law;
   rate.scene = scene.name;
   rate.method = alone ? law.method : first.shown_integrator;
-  rate.holds_noise = !law.region.empty() && law.metric != "variance" && scene.reference && scene.reference->mse_floor > 0;
+  rate.holds_noise = law.metric != "variance" && scene.reference &&
+                     (!knows_variance(*scene.reference) || (!law.region.empty() && scene.reference->mse_floor > 0));
   try {
     rate.points = gather();
     fit_points(rate);

@@ -19,8 +19,8 @@ struct FittedRate {
   std::size_t seeds = 0;
   std::vector<RatePoint> points;  // all that were logged, by x, within the law's window or not
   std::optional<RateFit> fit;
-  std::string problem;  // why there is no fit
-  bool holds_noise = false;  // of the reference, which is known of the whole image and not of a region
+  std::string problem;       // why there is no fit
+  bool holds_noise = false;  // of a reference of which it is not known, or not of the region
 };
 
 // There is one for each law, scene and configuration, in the order of the laws. They keep pointers into the log.

@@ -186,6 +186,16 @@ TEST(Rates, FitsThatLeavePointsOutAreUndecided) {
   EXPECT_NE(to_markdown(predictions_table(predictions)).find("7 of 8"), std::string::npos);
 }
 
+TEST(Rates, ReferencesOfUnknownNoiseLeaveExponentsUndecided) {
+  RunLog log = small_log();
+  log.references[0].source = "given.exr";
+  log.references[0].checks = "none: given by the experiment, its variance unknown";
+  log.stated.predictions = {law("path", -1, "-1")};
+  const Predictions predictions = exponent_predictions(fit_rates(arrange(log)));
+  EXPECT_EQ(predictions.rows.at(0).verdict, Verdict::undecided);
+  EXPECT_NE(to_markdown(predictions_table(predictions)).find("where nobody knows it"), std::string::npos);
+}
+
 TEST(Rates, ConfigurationsArePointsOfOneFit) {
   RunLog log;
   for (const int records : {100, 200, 400, 800}) {

@@ -1,4 +1,5 @@
 #include "experiments/kinds/ledger/ledger.h"
+#include "experiments/report/declared.h"
 #include "experiments/report/reference_noise.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/report_text.h"
@@ -142,7 +143,8 @@ bool is_noisy(const Decision& decision) {
 std::vector<std::string> noise_notes(const std::vector<Decision>& decisions, const RunLog& log) {
   std::vector<std::string> notes, scenes, unknown;
   for (const Decision& decision : decisions)
-    if (!reference_noise(log.reference(decision.scene()), "relmse")) index_in(unknown, decision.scene());
+    if (const ReferenceRecord* reference = log.reference(decision.scene()))
+      if (!knows_variance(*reference) || !reference_noise(reference, "relmse")) index_in(unknown, decision.scene());
   if (!unknown.empty())
     notes.push_back(
         fmt::format("Nobody knows the noise of the references of {}: errors hold it, which brings ratios nearer to 1.",
