@@ -84,7 +84,11 @@ Entries entries_of(const Rows& rows, Text text) {
 
 Entries experiment_entries() {
   Entries entries;
-  for (const auto& [name, file] : experiment_files()) entries.push_back({name, question_of(read_file(file))});
+  for (const auto& [name, file] : experiment_files()) try {
+      entries.push_back({name, question_of(read_file(file))});
+    } catch (const Error&) {  // one that cannot be read is told of by `run`
+      entries.push_back({name, ""});
+    }
   return entries;
 }
 

@@ -21,6 +21,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <algorithm>
+#include <chrono>
 #include <mutex>
 
 namespace etendue {
@@ -132,8 +133,17 @@ Budget budget_of(const std::optional<std::uint64_t>& samples, const py::object& 
   return budget;
 }
 
-// Counters, by which a pilot and `auto` go, are the process's: what several Python threads render takes turns.
-std::mutex rendering;
+// Counters, by which a pilot and `auto` go, are the process's: what several Python threads render takes turns. A listener may
+// render within its run's turn.
+std::recursive_timed_mutex rendering;
+
+// Waits for a turn, calling `check` now and then. To be called without Python's lock.
+template <class Check>
+std::unique_lock<std::recursive_timed_mutex> take_turn(const Check& check) {
+  std::unique_lock turn(rendering, std::defer_lock);
+  while (!turn.try_lock_for(std::chrono::milliseconds(100))) check();
+  return turn;
+}
 
 py::dict render(const LoadedScene& scene, const py::object& integrator_value, const py::object& accel_value,
                 const std::optional<std::uint64_t>& samples, const py::object& time, std::uint64_t seed,
@@ -149,8 +159,14 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
   CellResult result;
   {
     const py::gil_scoped_release unlocked;
-    const std::lock_guard alone(rendering);
-    result = run_cell(task);
+    try {
+      const auto turn = take_turn([] {
+        if (interrupted()) throw Interrupted{};
+      });
+      result = run_cell(task);
+    } catch (const Interrupted&) {
+      result.stopped = true;
+    }
   }
   if (result.stopped) throw py::error_already_set();
   CheckpointRecord& end = result.checkpoints.back();
@@ -176,10 +192,11 @@ class PythonObserver final : public RunObserver {
 
   std::optional<py::error_already_set> raised;  // by the listener, or an interrupt
 
- private:
   void check() {
     if (interrupted()) stop();
   }
+
+ private:
   void tell(const std::string& line) {
     check();
     if (listener_.is_none()) return;
@@ -205,8 +222,8 @@ template <class Work>
 auto unlocked(PythonObserver& observer, const Work& work) {
   {
     const py::gil_scoped_release released;
-    const std::lock_guard alone(rendering);
     try {
+      const auto turn = take_turn([&] { observer.check(); });
       return work();
     } catch (const Interrupted&) {
     }
