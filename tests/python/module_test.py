@@ -2,6 +2,7 @@
 
 etendue-python module_test.py PROGRAM PROJECT, or any Python that finds the module. Exit status 77: NumPy is not installed.
 """
+import concurrent.futures
 import contextlib
 import io
 import json
@@ -83,9 +84,9 @@ class Module(unittest.TestCase):
             etendue.compare({}, truth)
 
     def test_warns_of_a_reference_that_is_unproven(self):
-        spheres = etendue.load("builtin:cornell-spheres")
+        caustic = etendue.load("builtin:glass-caustic")
         with self.assertWarnsRegex(UserWarning, "is used, but unproven"):
-            etendue.reference(spheres, samples=64, resolution=(32, 24))
+            etendue.reference(caustic, samples=64, resolution=(32, 24))
 
     def test_ends_a_reference_with_an_interrupt(self):
         timer = threading.Timer(1, lambda: os.kill(os.getpid(), signal.SIGINT))
@@ -139,6 +140,26 @@ class Module(unittest.TestCase):
         again = etendue.run("small.toml", out="stopped", threads=1)
         self.assertGreater(again["skipped"], 0)
         self.assertEqual(again["skipped"] + again["done"], 4)
+
+    def test_listeners_may_render(self):
+        scene, hashes = etendue.load("builtin:furnace"), []
+
+        def look(line):
+            hashes.append(etendue.render(scene, samples=1, threads=1, resolution=(8, 8))["image_hash"])
+
+        etendue.run("small.toml", out="looked", threads=1, on_line=look)
+        self.assertEqual(len(set(hashes)), 1)
+
+    def test_renders_of_several_threads_take_turns(self):
+        scene = etendue.load("builtin:cornell-box")
+
+        def render(_):
+            image = etendue.render(scene, integrator="auto", samples=4, threads=1, resolution=(16, 16))
+            return image["image_hash"], image["counters"]
+
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            both = list(pool.map(render, range(2)))
+        self.assertEqual(both, [render(0)] * 2)
 
     def test_ends_with_an_interrupt(self):
         code = "import etendue; etendue.render(etendue.load('builtin:furnace'), time=100, threads=1)"

@@ -304,14 +304,6 @@ TEST(SavedCache, OfCellsIsTheOneThatWentOn) {
 }
 
 // Its samples are those in the middle of a pixel's, of which signs may cancel.
-TEST(SavedCache, OfCellsIsRefusedWithASignedFilter) {
-  Scene scene = load_scene("builtin:cornell-box");
-  scene.filter = make_pixel_filter(named_filter("sinc"));
-  const SavedCase c{"hash-cache", "", {}, {}, nullptr, nullptr};
-  const std::string cache = render_with(scene, {}, 1, {}, 1, ivec2(4), c.integrator).cache;
-  EXPECT_NE(refused_by(scene, c, cache).find("pixel filter with negative parts"), std::string::npos);
-}
-
 // Such files hold sums in which all values weigh the same.
 TEST(SavedCache, OfCellsThatForgetNothingIsRefused) {
   const Scene scene = load_scene("builtin:cornell-box");

@@ -90,7 +90,10 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"dielectric", "as it is; int_ior and ext_ior by number or name", &R::dielectric},
       {"roughdielectric", "ggx or beckmann; others approximated by beckmann, two alphas by their mean", &R::dielectric},
       {"conductor", "material, or eta and k; ext_eta", &R::conductor},
-      {"roughconductor", "ggx or beckmann, with alpha or alpha_u, alpha_v; others approximated by beckmann", &R::conductor},
+      {"roughconductor",
+       "ggx or beckmann, with alpha or alpha_u, alpha_v; others approximated by beckmann; brushed along the edges of meshes "
+       "without texture coordinates",
+       &R::conductor},
       {"plastic", "as it is, nonlinear or not; another specular_reflectance than 1 approximated by 1", &R::plastic},
       {"roughplastic", "the same with a rough coat, which keeps the smooth one's transmission", &R::plastic},
       {"pplastic", "approximated by roughplastic: light is not polarized", &R::plastic},
@@ -106,7 +109,10 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
        &R::blend},
       {"mixturebsdf", "like blendbsdf, where the weights add up to 1; others approximated by the one with most weight",
        &R::mixture},
-      {"bumpmap", "as it is; of meshes without texture coordinates approximated by the bsdf in it", &R::bump},
+      {"bumpmap",
+       "as it is; from version 2 on heights of a coloured image are its luminance; of meshes without texture coordinates "
+       "approximated by the bsdf in it",
+       &R::bump},
       {"normalmap", "like bumpmap", &R::bump},
       {"roughdiffuse", "alpha 0 as it is; others approximated by diffuse", &R::rough_diffuse},
       {"thindielectric", "as it is; int_ior and ext_ior by number or name", &R::thin_dielectric},
