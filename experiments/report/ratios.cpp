@@ -125,17 +125,25 @@ std::string order_of_ratios(const std::vector<JudgedPrediction>& rows) {
 Predictions ratio_predictions(const ReportData& data) {
   Predictions predictions;
   std::vector<JudgedPrediction>& rows = predictions.rows;
+  // How far a run gets in a time depends on its structure; else structures change nothing.
+  const bool each_structure = data.accels.size() > 1 &&
+                              std::ranges::any_of(data.log->manifests, [](const ManifestRecord& m) { return m.budget_s > 0; });
   for (const Prediction& prediction : data.log->stated.predictions)
     for (const SceneData& scene : data.scenes) {
       if (!prediction.is_ratio() || !data.log->stated.concerns(prediction, scene.name)) continue;
-      const auto over = selected(scene, prediction.over, false);
-      if (over.empty()) continue;
-      for (const Configuration* method : selected(scene, prediction.method, false))
-        if (method->integrator_index != over.front()->integrator_index)
-          rows.push_back(judged(prediction, scene, *method, *over.front()));
+      for (const Configuration* over : selected(scene, prediction.over, each_structure))
+        for (const Configuration* method : selected(scene, prediction.method, each_structure)) {
+          if (method->integrator_index == over->integrator_index ||
+              (each_structure && method->accel_index != over->accel_index))
+            continue;
+          rows.push_back(judged(prediction, scene, *method, *over));
+          if (each_structure) rows.back().structure = method->shown_accel;
+        }
     }
   if (rows.empty()) return predictions;
   shorten_names(rows);
+  for (JudgedPrediction& row : rows)
+    if (!row.structure.empty()) row.method += " · " + row.structure;
   predictions.notes.push_back(
       "Ratios: of RMSE at the end of each run, over the seeds that both methods have, the reference's own noise taken away; "
       "intervals are 95 % bootstraps over seeds (none below three). Judged is on which side of 1 they lie, for an expected "

@@ -137,5 +137,33 @@ TEST(Ratios, FewSeedsHaveNoInterval) {
   EXPECT_EQ(row.verdict, Verdict::undecided);
 }
 
+// In a time that ends them runs get farther by the better structure, so that each has its own ratio.
+TEST(Ratios, AreOfOneStructureEach) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  log.references.push_back(reference("room"));
+  for (const char* accel : {"median", "sah"})
+    for (const char* method : {"path", "cache"})
+      for (int seed = 1; seed <= 3; ++seed) {
+        add_cell(log, "room", {method, accel, 0.1, 1, -1, 1}, static_cast<std::uint64_t>(seed));
+        const bool is_twice = std::string(method) == "cache" && std::string(accel) == "sah";
+        log.checkpoints.back().metrics["mse"] = is_twice ? 0.04 : 0.01;
+      }
+  log.stated.predictions = {{.quantity = Prediction::Quantity::ratio,
+                             .method = "cache",
+                             .over = "path",
+                             .scene = {},
+                             .region = {},
+                             .expected = Expected{2, 2},
+                             .source = "a paper"}};
+  EXPECT_EQ(ratio_predictions(arrange(log)).rows.size(), 1u) << "iterations ended them";
+  log.manifests[0].budget_s = 1;
+  const auto rows = ratio_predictions(arrange(log)).rows;
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_NEAR(*rows[0].value, 1, 1e-9);
+  EXPECT_NEAR(*rows[1].value, 2, 1e-9);
+  EXPECT_EQ(rows[1].structure, "sah");
+}
+
 }  // namespace
 }  // namespace etendue
