@@ -1,6 +1,5 @@
 #include "experiments/report/rates.h"
 
-#include "experiments/report/reference_noise.h"
 #include "experiments/report/report_text.h"
 
 #include <fmt/format.h>
@@ -153,8 +152,7 @@ Predictions exponent_predictions(const std::vector<FittedRate>& rates) {
   if (std::ranges::any_of(rates, &FittedRate::holds_noise))
     predictions.notes.emplace_back(
         "The noise of references is left in where nobody knows it: in regions, and of images that were given. An exponent "
-        "there "
-        "is too flat where that noise is not small, and undecided.");
+        "there is too flat where that noise is not small, and undecided.");
   const auto intervals =
       std::ranges::count_if(rates, [](const FittedRate& rate) { return rate.fit && rate.fit->exponent_interval; });
   predictions.notes.push_back(

@@ -1,6 +1,5 @@
 #include "experiments/report/ratios.h"
 
-#include "experiments/report/reference_noise.h"
 #include "experiments/report/report_text.h"
 #include "framework/core/error.h"
 
@@ -149,7 +148,7 @@ Predictions ratio_predictions(const ReportData& data) {
       "intervals are 95 % bootstraps over seeds (none below three). Judged is on which side of 1 they lie, for an expected "
       "value is one of its source's own images.");
   if (std::ranges::any_of(rows, [](const JudgedPrediction& row) { return !row.region.empty(); }))
-    predictions.notes.emplace_back(noise_left_in_regions);
+    predictions.notes.emplace_back("In regions the reference's own noise is left in: it is known for the image as a whole.");
   predictions.order = order_of_ratios(rows);
   return predictions;
 }

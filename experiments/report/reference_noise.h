@@ -12,7 +12,4 @@ inline constexpr const char* noise_taken_off =
     "The noise of rendered references is taken from errors before they are compared; what is left counts as a tenth of it at "
     "least.";
 
-inline constexpr const char* noise_left_in_regions =
-    "In regions the reference's own noise is left in: it is known for the image as a whole.";
-
 }  // namespace etendue

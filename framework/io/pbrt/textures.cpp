@@ -219,7 +219,7 @@ std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const Pbr
   return &entry;
 }
 
-// To be called where only a constant will do.
+// Call it where only a constant will do.
 Rgb PbrtReader::mean_operand(const PbrtParams& params, std::string_view name, const std::string& texture,
                              TextureMap& textures) {
   const TextureEntry& entry = find_texture(params, name, texture, textures);
