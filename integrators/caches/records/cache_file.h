@@ -80,8 +80,8 @@ class ByteReader {
   Location where_;
 };
 
-// Throws Error where the pixel filter has negative parts. Call it for a cache that goes on in the middle of its pixels' samples:
-// without the first ones these may weigh less than nothing.
+// Throws Error where the pixel filter has negative parts. Call it for a cache that goes on in the middle of its pixels'
+// samples: without the first ones these may weigh less than nothing.
 void refuse_signed_filter(const RenderContext& context, const ByteReader& body);
 
 using ParamTexts = std::map<std::string, std::string>;
