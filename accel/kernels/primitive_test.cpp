@@ -28,7 +28,10 @@ std::optional<Quadratic> solve(const vec3& o, const vec3& d, float radius) {
   const float discriminant = radius * radius - glm::dot(remainder, remainder);
   if (!(discriminant >= 0)) return std::nullopt;
   const float c = glm::dot(o, o) - radius * radius;
-  const float q = b + std::copysign(std::sqrt(a * discriminant), b);
+  // Where a ray's direction is its whole way, the product may leave the range of floats.
+  const float product = a * discriminant;
+  const bool in_range = product > 1e-30f && product < infinity;
+  const float q = b + std::copysign(in_range ? std::sqrt(product) : std::sqrt(a) * std::sqrt(discriminant), b);
   const float t0 = q == 0 ? 0 : c / q, t1 = q / a;
   return t0 < t1 ? Quadratic{t0, t1} : Quadratic{t1, t0};
 }

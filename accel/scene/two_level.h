@@ -51,9 +51,11 @@ TwoLevel<Bottom>::TwoLevel(std::vector<Bottom> bottoms, const Scene& scene, cons
     placed_.push_back({instance.to_world, instance.object, id, instance.to_world.is_identity()});
   }
   // The cost is as for one level, with a leaf at the cost of its instances' bottoms.
+  std::vector<double> costs;  // which take a pass over a bottom's leaves each
+  for (const Bottom& bottom : bottoms_) costs.push_back(bottom.stats().sah_cost);
   for (const TreeNode& node : top.nodes) {
     double cost = node.is_leaf() ? 0 : 1;
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) cost += bottoms_[placed_[i].object].stats().sah_cost;
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) cost += costs[placed_[i].object];
     sah_cost_ += cost * node.bounds.half_area() / top.nodes[0].bounds.half_area();
   }
   if (!std::isfinite(sah_cost_)) sah_cost_ = 0;

@@ -135,12 +135,17 @@ struct Cgal::State {
     Hit hit;
     hit.t = ray.t_max;
     const Kernel::Ray_3 query(to_point(ray.origin), second_point(ray, reach));
-    const auto skip = [&](std::uint32_t id) {
-      count.primitives(1);
-      return !meet_plane(geometry, id, ray);
+    // CGAL finds what a whole ray meets first by itself, unless that is met where the ray begins.
+    const auto first = [&](bool is_whole) {
+      return tree.first_intersected_primitive(query, [&](std::uint32_t id) {
+        count.primitives(1);
+        return !is_whole && !meet_plane(geometry, id, ray);
+      });
     };
-    // CGAL does not ask `skip` where there is one triangle alone.
-    if (const auto id = tree.first_intersected_primitive(query, skip))
+    const bool is_whole = ray.t_min == 0 && ray.t_max == infinity;
+    auto id = first(is_whole);
+    if (id && is_whole && !meet_plane(geometry, *id, ray)) id = first(false);
+    if (id)  // CGAL asks nothing more where there is one triangle alone
       if (const auto met = meet_plane(geometry, *id, ray)) hit = {static_cast<float>(met->t), met->uv, 0, *id};
     const TriangleRay shear(ray.direction);
     count.primitives(static_cast<std::uint32_t>(quadrics.size()));

@@ -84,18 +84,27 @@ void attach(RTCDevice device, RTCScene scene, RTCGeometry geometry, unsigned id)
   check_device(device);
 }
 
+// Vertices are copied, as Embree reads beyond the last one.
 void attach_triangles(RTCDevice device, RTCScene scene, const ObjectPrimitives& object, RTCBuildQuality quality) {
   if (object.triangles.empty()) return;
   const GeometryHandle geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
   rtcSetGeometryBuildQuality(geometry.get(), quality);  // the scene's is not enough for the low one
   const auto& positions = object.geometry->positions;
+  const auto& triangles = object.geometry->triangles;
+  const std::size_t count = object.triangles.size();
   auto* const vertices = static_cast<vec3*>(
       rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(vec3), positions.size()));
-  auto* const indices = static_cast<uvec3*>(rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                                    sizeof(uvec3), object.triangles.size()));
+  if (count == triangles.size()) {
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0, sizeof(uvec3),
+                               count);
+  } else {
+    auto* const indices = static_cast<uvec3*>(
+        rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(uvec3), count));
+    check_device(device);
+    for (std::size_t i = 0; i < count; ++i) indices[i] = triangles[object.triangles[i]];
+  }
   check_device(device);
   std::copy(positions.begin(), positions.end(), vertices);
-  for (std::size_t i = 0; i < object.triangles.size(); ++i) indices[i] = object.geometry->triangles[object.triangles[i]];
   attach(device, scene, geometry.get(), triangles_id);
 }
 

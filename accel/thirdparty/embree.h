@@ -1,11 +1,11 @@
 // Embree 3 as a ray structure: the baseline that every user asks for ([Wald2014]). It is present where the library was
 // found.
 //
-// Triangles are copied into Embree's buffers, quadrics become user geometry with our own test, instances are Embree's own. What
-// it does not share with the other structures: ties in distance go to whichever primitive it tests last, and, unless `robust`,
-// its triangle test may let a ray through an edge. Embree knows no coordinate beyond 1.844e18: larger triangles are not in it,
-// and larger rays miss. Scenes of instances are asked ray by ray: Embree 3.13 never returns from rtcOccluded1M of some streams
-// over them.
+// Vertices are copied into a buffer of Embree's, quadrics become user geometry with our own test, instances are Embree's own.
+// What it does not share with the other structures: ties in distance go to whichever primitive it tests last, and, unless
+// `robust`, its triangle test may let a ray through an edge. Embree knows no coordinate beyond 1.844e18: larger triangles are
+// not in it, and larger rays miss. Scenes of instances are asked ray by ray: Embree 3.13 never returns from rtcOccluded1M of
+// some streams over them.
 #pragma once
 
 #include "accel/scene/memory_budget.h"

@@ -92,6 +92,21 @@ TEST(Quadrics, FlatInstancesLoseNoHit) {
   }
 }
 
+// Shadow rays: the direction is the whole way, whose square times that of the radius is no float.
+TEST(Quadrics, WholeWaysAreMetAtAnySize) {
+  for (const float size : {1e-12f, 1e-3f, 1e9f, 7e10f})
+    for (const float aside : {0.0f, 0.3f, 0.9f}) {
+      const Ray ray{.origin = size * vec3(aside, 0, -10), .direction = size * vec3(0, 0, 20)};
+      const float half = std::sqrt(1 - aside * aside);
+      float t;
+      vec2 uv;
+      EXPECT_TRUE(intersect_quadric(ray, Sphere{vec3(0), size}, 1, t, uv)) << size;
+      EXPECT_NEAR(t, (10 - half) / 20, 1e-5f) << size;
+      EXPECT_TRUE(intersect_quadric(ray, Cylinder{{0, -size, 0}, size, {0, 1, 0}, 2 * size, false}, 1, t, uv)) << size;
+      EXPECT_NEAR(t, (10 - half) / 20, 1e-5f) << size;
+    }
+}
+
 TEST(SlabTest, OriginOnAFaceAndZeroComponentsLoseNothing) {
   const Bounds box{vec3(0), vec3(1)};
   for (const float zero : {0.0f, -0.0f}) {

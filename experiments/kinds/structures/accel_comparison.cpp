@@ -319,7 +319,7 @@ class Comparison {
       const std::uint64_t most = most_checked(*contender), own = std::min(count, most > first ? most - first : 0);
       const auto asked = std::span(rays).first(own);
       const auto known = std::span(exact).first(own);
-      contender->record.checked += own;
+      contender->record.checked += 2 * own;  // answers
       contender->record.disagreements +=
           wrong_hits(tracer, *structure, asked, known) + wrong_occlusions(tracer, *structure, asked, known);
     }

@@ -78,7 +78,7 @@ void add_notes(StructureTable& table) {
                     "triangles to boxes") +
         (sampled ? ", on large scenes a sample of 20,000 triangles drawn by area." : ", all of them."));
   table.note(
-      "Wrong: answers that double precision refutes, of all rays checked. Embree's default mode and CGAL answer for "
+      "Wrong: answers that double precision refutes, of all that were checked. Embree's default mode and CGAL answer for "
       "themselves.");
 }
 
