@@ -25,12 +25,11 @@ struct AlbedoStraightOn {
   Rgb operator()(const DiffuseTransmission& m) const {
     return evaluate(m.reflectance, textures, uv) + evaluate(m.transmittance, textures, uv);
   }
-  // The integral of Plastic's base over all directions: (1 - the average of Fresnel's factor) / eta^2 is what is not reflected
-  // back inside.
+  // The base's part is integrated over all directions.
   Rgb operator()(const Plastic& m) const {
     const Rgb base = evaluate(m.reflectance, textures, uv);
-    const float coat = fresnel_dielectric(1.0f, m.eta), inside = m.eta.internal_reflectance();
-    return coat + (1 - coat) * (1 - inside) * base / (1.0f - inside * base);
+    const float reflected = fresnel_dielectric(1.0f, m.coat.eta()), entering = (1 - reflected) * m.coat.passing(1.0f);
+    return reflected + entering * m.coat.leaving() * base / (1.0f - m.coat.internal_reflectance() * base);
   }
 };
 

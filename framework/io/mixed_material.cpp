@@ -27,10 +27,10 @@ struct Mixing {
   }
   // Through the coat the base looks as albedo / (1 - inside albedo) does: that is what is mixed.
   std::optional<Material> operator()(const Plastic& a, const Plastic& b) const {
-    if (!a.reflectance.is_constant() || !b.reflectance.is_constant() || float{a.eta} != float{b.eta} || a.alpha != b.alpha ||
-        a.distribution != b.distribution)
+    if (!a.reflectance.is_constant() || !b.reflectance.is_constant() || a.coat.eta() != b.coat.eta() ||
+        a.coat.depth() != b.coat.depth() || a.alpha != b.alpha || a.distribution != b.distribution)
       return std::nullopt;
-    const float inside = a.eta.internal_reflectance();
+    const float inside = a.coat.internal_reflectance();
     const auto seen = [inside](const Rgb& albedo) { return albedo / (1.0f - inside * albedo); };
     const Rgb both_seen = glm::mix(seen(a.reflectance.constant), seen(b.reflectance.constant), share);
     Plastic both = a;
@@ -51,6 +51,8 @@ struct Mixing {
 
 }  // namespace
 
-std::optional<Material> mixed(const Material& a, const Material& b, const Rgb& share) { return std::visit(Mixing{share}, a, b); }
+std::optional<Material> mixed(const Material& a, const Material& b, const Rgb& share) {
+  return std::visit(Mixing{share}, a, b);
+}
 
 }  // namespace etendue

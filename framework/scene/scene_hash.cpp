@@ -44,8 +44,9 @@ class Hasher {
   }
   void operator()(const Plastic& m) {
     add_colour(m.reflectance);
-    add(m.eta, m.alpha);
+    add(m.coat.eta(), m.coat.internal_reflectance(), m.alpha);
     add_distribution(m.distribution);
+    if (m.coat.depth() > 0) add(m.coat.depth());
   }
 
   void operator()(const DiffuseTransmission& m) {

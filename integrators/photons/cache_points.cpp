@@ -59,9 +59,10 @@ CachePoint find_rough_point(const RenderContext& context, ivec2 pixel, int deepe
 
 Rgb base_reflectance(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo) {
   if (bsdf.is_diffuse()) return bsdf.diffuse_albedo();
-  const float eta = std::get<Plastic>(scene.materials[point.material]).eta;
+  const Coat& coat = std::get<Plastic>(scene.materials[point.material]).coat;
   const vec3 normal = towards(point.shading_normal, point.normal, wo);
-  return pi * bsdf.evaluate(wo, normal) * ((1 - fresnel_average(eta)) / (1 - fresnel_dielectric(1.0f, eta)));
+  if (!(coat.passing(1.0f) > 0)) return Rgb(0);
+  return pi * bsdf.evaluate(wo, normal) * (coat.entering() / ((1 - fresnel_dielectric(1.0f, coat.eta())) * coat.passing(1.0f)));
 }
 
 }  // namespace etendue

@@ -32,6 +32,7 @@ std::vector<Case> every_material() {
           {"leaf", DiffuseTransmission{checkered, Rgb(0.2f)}},
           {"plastic", Plastic{.reflectance = Rgb(0.6f)}},
           {"rough plastic", Plastic{.reflectance = checkered, .alpha = 0.2f}},
+          {"dimming plastic", Plastic{.reflectance = checkered, .coat = {1.5f, 0.3f}, .alpha = 0.2f}},
           {"Beckmann metal",
            Conductor{.eta = eta, .k = k, .alpha = vec2(0.1f, 0.4f), .distribution = NormalDistribution::beckmann}},
           {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.3f, .distribution = NormalDistribution::beckmann}},

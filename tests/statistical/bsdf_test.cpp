@@ -3,6 +3,7 @@
 #include "framework/transport/bsdf.h"
 #include "framework/core/sampling.h"
 #include "framework/materials/fresnel.h"
+#include "integrators/photons/cache_points.h"
 
 #include <gtest/gtest.h>
 
@@ -28,9 +29,10 @@ std::vector<Looks> all_looks() {
        Conductor{.eta = eta, .k = k, .alpha = vec2(0.15f, 0.5f), .distribution = NormalDistribution::beckmann}},
       {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.3f, .distribution = NormalDistribution::beckmann}},
       {"Beckmann plastic",
-       Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f, .alpha = 0.2f, .distribution = NormalDistribution::beckmann}},
-      {"plastic", Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f}},
-      {"rough plastic", Plastic{.reflectance = Rgb(0.6f), .eta = 1.5f, .alpha = 0.2f}},
+       Plastic{.reflectance = Rgb(0.6f), .coat = 1.5f, .alpha = 0.2f, .distribution = NormalDistribution::beckmann}},
+      {"plastic", Plastic{.reflectance = Rgb(0.6f), .coat = 1.5f}},
+      {"rough plastic", Plastic{.reflectance = Rgb(0.6f), .coat = 1.5f, .alpha = 0.2f}},
+      {"dimming plastic", Plastic{.reflectance = Rgb(0.6f), .coat = {1.5f, 0.3f}, .alpha = 0.2f}},
   };
 }
 
@@ -148,7 +150,7 @@ TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
                             {"glass", Dielectric{.eta = 1.5f}},
                             {"pane", Dielectric{.eta = 1.5f, .thin = true}},
                             {"leaf", DiffuseTransmission{Rgb(0.25f), Rgb(0.75f)}},
-                            {"white plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f}}};
+                            {"white plastic", Plastic{.reflectance = Rgb(1), .coat = 1.5f}}};
   for (const Looks& c : lossless) {
     const Setting setting(c.material);
     for (const float cosine : cosines)
@@ -158,13 +160,45 @@ TEST(Bsdf, LosslessSurfacesKeepAllEnergy) {
   }
 }
 
+// Held to a walk between base and coat, which is dimmed at each crossing and counts what leaves.
+TEST(Bsdf, ACoatDimsWhatCrossesIt) {
+  for (const float depth : {0.01f, 0.5f}) {
+    const float albedo = 0.8f, eta = 1.5f, cosine = 0.6f;
+    const Setting setting(Plastic{.reflectance = Rgb(albedo), .coat = {eta, depth}});
+    float inside = 0;
+    const double reflected = fresnel_dielectric(cosine, eta, &inside);
+    double sum = 0;
+    constexpr int walks = 100'000;
+    for (int i = 0; i < walks; ++i) {
+      Sampler s = numbers(i, 5);
+      double left = (1 - reflected) * std::exp(-depth / inside);
+      while (left > 1e-6) {
+        const float mu = std::sqrt(s.get_1d());
+        left *= albedo * std::exp(-depth / mu);
+        const double back = fresnel_dielectric(mu, 1 / eta);
+        sum += left * (1 - back);
+        left *= back * std::exp(-depth / mu);
+      }
+    }
+    const double energy = mean_weight(setting.bsdf(), setting.direction(cosine, 1), TransportMode::importance);
+    EXPECT_NEAR(energy, reflected + sum / walks, 3e-3) << depth;
+  }
+}
+
+TEST(Bsdf, ADeepCoatHidesItsBase) {
+  const Setting setting(Plastic{.reflectance = Rgb(0.8f), .coat = {1.5f, 500}});
+  const vec3 wo = setting.direction(0.6f, 1);
+  EXPECT_EQ(setting.bsdf().evaluate(wo, setting.direction(0.9f, 2)), Rgb(0));
+  EXPECT_EQ(base_reflectance(setting.scene, setting.point, setting.bsdf(), wo), Rgb(0));
+}
+
 TEST(Bsdf, RoughSurfacesLoseAndNeverGain) {
   constexpr auto beckmann = NormalDistribution::beckmann;
   const Looks rough[] = {{"conductor", Conductor{.ideal = true, .alpha = vec2(0.4f)}},
                          {"Beckmann conductor", Conductor{.ideal = true, .alpha = vec2(0.4f), .distribution = beckmann}},
                          {"Beckmann glass", Dielectric{.eta = 1.5f, .alpha = 0.4f, .distribution = beckmann}},
                          {"glass", Dielectric{.eta = 1.5f, .alpha = 0.4f}},
-                         {"plastic", Plastic{.reflectance = Rgb(1), .eta = 1.5f, .alpha = 0.3f}}};
+                         {"plastic", Plastic{.reflectance = Rgb(1), .coat = 1.5f, .alpha = 0.3f}}};
   for (const Looks& c : rough) {
     const Setting setting(c.material);
     for (const float cosine : cosines) {

@@ -116,7 +116,7 @@ TEST(PhotonMap, DistanceIsFoundFromTheSmallestRadiusOfTheSearch) {
 // one that its photons know.
 TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
   SceneBuilder b("ramp");
-  const auto rough = b.material(Plastic{.reflectance = Rgb(0.5f), .eta = 1.5f, .alpha = 0.3f});
+  const auto rough = b.material(Plastic{.reflectance = Rgb(0.5f), .coat = 1.5f, .alpha = 0.3f});
   b.mesh(quad({-1, 0, -1}, {-1, 0, 1}, {1, 0, 1}, {1, 0, -1}), rough);
   const Scene scene = b.finish();
   const vec3 normal = glm::normalize(vec3(0.5f, 0.866f, 0)), along(normal.y, -normal.x, 0);

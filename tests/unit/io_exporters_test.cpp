@@ -219,7 +219,7 @@ TEST(ExportedScenes, MitsubasRarerTypesHaveAnswers) {
   EXPECT_TRUE(warns(mts::approximated("<sensor type=\"distant\"/>" + named), "sensor \"distant\""));
   const auto plain =
       mts::material_of<Plastic>("<bsdf type=\"principled\"><float name=\"specular\" value=\"0\"/></bsdf>", "3.0.0", true);
-  EXPECT_NEAR(static_cast<float>(plain.eta), 1, 0.01f);
+  EXPECT_NEAR(plain.coat.eta(), 1, 0.01f);
 }
 
 // Two faces with an edge in common, each with vertices of its own.

@@ -166,6 +166,9 @@ TEST(Exr, ColoursOfOtherPrimariesBecomeSrgb) {
   EXPECT_EQ(read(rgb, rec709), dvec3(0.5, 0.5, 1)) << "to the bit";
   expect_colour(read(rgb, rec2020), {0.4637, 0.4959, 1.0593});
   EXPECT_EQ(read({"Y"}, rec2020), dvec3(1));
+  const std::vector<Channel> channels{{"B", PixelType::single}, {"G", PixelType::single}, {"R", PixelType::single}};
+  EXPECT_TRUE(has_own_primaries(plain_exr(channels, {0, 0}, {1, 1}, rec2020)));
+  EXPECT_FALSE(has_own_primaries(plain_exr(channels, {0, 0}, {1, 1}, rec709)));
   expect_colour(read({"X", "Y", "Z"}, {}), {2.2226, -0.0105, 0.4823});
   EXPECT_ERROR(read(rgb, std::vector<float>(8, 0.0f)), "hromaticities");
 }

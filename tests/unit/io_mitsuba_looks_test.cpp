@@ -92,7 +92,7 @@ TEST(MitsubaBsdfs, LinearPlasticKeepsItsReflectance) {
   const auto linear = material_of<Plastic>("<bsdf type=\"plastic\">" + inside + "</bsdf>");
   const auto nonlinear =
       material_of<Plastic>("<bsdf type=\"plastic\">" + inside + "<boolean name=\"nonlinear\" value=\"true\"/></bsdf>");
-  const float f = linear.eta.internal_reflectance(), a = linear.reflectance.constant.x;
+  const float f = linear.coat.internal_reflectance(), a = linear.reflectance.constant.x;
   EXPECT_EQ(nonlinear.reflectance.constant, Rgb(0.5f));
   EXPECT_NEAR(a / (1 - a * f), 0.5f / (1 - f), 1e-5);
 }
@@ -206,6 +206,19 @@ TEST(MitsubaBsdfs, MetalsReflectAsTheirSpectraDo) {
   expect_near(straight_on("Ni_palik"), {0.659f, 0.609f, 0.526f}, 2e-3f);
   expect_near(straight_on("TiN"), {0.611f, 0.462f, 0.233f}, 2e-3f);
   expect_near(straight_on("W"), {0.515f, 0.496f, 0.468f}, 2e-3f);
+}
+
+// What a conductor does not state is the named metal's before version 2, and copper's where none is named.
+TEST(MitsubaBsdfs, MetalsMayStateOneOfTheirIndices) {
+  const auto metal = [](const std::string& inside, const std::string& version) {
+    return material_of<Conductor>("<bsdf type=\"conductor\">" + inside + "</bsdf>", version);
+  };
+  const std::string eta = "<spectrum name=\"eta\" value=\"0.2\"/>", gold = "<string name=\"material\" value=\"Au\"/>";
+  EXPECT_EQ(metal(eta, "0.6.0").k, metal("", "0.6.0").k);
+  EXPECT_EQ(metal(eta + gold, "0.6.0").k, metal(gold, "0.6.0").k);
+  EXPECT_NEAR(metal(eta + gold, "0.6.0").eta.x, 0.2f, 1e-3f);
+  EXPECT_EQ(metal(eta, "3.0.0").k, Rgb(1));
+  EXPECT_ERROR(metal(eta + gold, "3.0.0"), "the one or the other");
 }
 
 TEST(MitsubaBsdfs, MasksAreKeptWithTheShape) {
@@ -388,6 +401,39 @@ TEST(MitsubaEmitters, EnvironmentsAreTurnedIntoPlace) {
   EXPECT_EQ(texel(glm::normalize(vec3(1, 0.1f, 0.01f))), ivec2(2, 1));
   EXPECT_EQ(texel(glm::normalize(vec3(0.01f, 1, 0.02f))).y, 0);
   EXPECT_EQ(light.size, ivec2(64, 32)) << "interpolated between texels";
+}
+
+// Its `gamma` is the images' too, and from version 2 on the poles lie on the first row and the last.
+TEST(MitsubaEmitters, EnvironmentsAreDecodedAndPlacedByVersion) {
+  const TestDirectory directory;
+  const std::vector<std::uint8_t> bytes{128, 128, 128, 128, 128, 128, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  const auto png = encode_png(bytes.data(), {2, 3});
+  directory.write("e.png", std::string(png.begin(), png.end()));
+  const auto light = [&](const std::string& more, const std::string& version) {
+    const std::string text = scene_text(
+        "<emitter type=\"envmap\"><string name=\"filename\" value=\"e.png\"/>" + more + "</emitter>" + rectangle, version);
+    return std::get<EnvironmentLight>(load_scene(directory.write("s.xml", text)).lights.at(0));
+  };
+  const std::string linear = "<float name=\"gamma\" value=\"1\"/>";
+  EXPECT_NEAR(light("", "0.6.0").texels.at(0).x, 0.2159f, 1e-3f);
+  EXPECT_NEAR(light(linear, "0.6.0").texels.at(0).x, 128.0f / 255, 1e-3f);
+  // A PNG may say that it is linear itself, in a chunk after its header of 33 bytes; later versions do not ask.
+  const std::string whole(png.begin(), png.end()), chunk("\0\0\0\4gAMA\0\1\x86\xa0\x31\xe8\x96\x5f", 16);
+  directory.write("e.png", whole.substr(0, 33) + chunk + whole.substr(33));
+  EXPECT_NEAR(light("", "0.6.0").texels.at(0).x, 128.0f / 255, 1e-3f);
+  EXPECT_NEAR(light("", "3.0.0").texels.at(0).x, 0.2159f, 0.02f) << "of the first row below the pole";
+  // Irradiance from above, over that of a sky as bright as the first row.
+  const auto from_above = [&](const std::string& version) {
+    const EnvironmentLight sky = light(linear, version);
+    double sum = 0;
+    for (int y = 0; y < sky.size.y / 2; ++y) {
+      const double theta = pi * (y + 0.5) / sky.size.y;
+      sum += sky.texels[static_cast<std::size_t>(y * sky.size.x)].x * std::sin(2 * theta) * pi / sky.size.y;
+    }
+    return sum / (128.0 / 255);
+  };
+  EXPECT_NEAR(from_above("3.0.0"), 0.5, 0.01);
+  EXPECT_NEAR(from_above("0.6.0"), 2.220 / pi, 0.02);
 }
 
 Rgb texture_at(const Scene& scene, const vec2& mitsuba_uv) { return evaluate(scene.textures.at(0), mitsuba_uv); }

@@ -60,6 +60,8 @@ TEST(MitsubaCamera, OrthographicViewsAreParallel) {
   expect_near(turned.origin, {-3, 2.25f, 5});
   expect_near(turned.direction, {0, 0, -1});
   EXPECT_ERROR(corner("<scale x=\"2\" y=\"1\"/>"), "distorts the image");
+  // Without an up it is Mitsuba's: here the world's x, so that the image stands on its side.
+  expect_near(corner("<scale value=\"3\"/><lookat origin=\"0, 0, 5\" target=\"0, 0, 0\"/>").origin, {2.25f, 3, 5});
 }
 
 // A wall of 2 m x 2 m across the view, 1 m before the camera or beside it.

@@ -144,6 +144,8 @@ TEST(PbrtMaterials, GlassMirrorAndPlastic) {
       "Material \"coateddiffuse\" \"rgb reflectance\" [.1 .2 .3] \"float roughness\" 0.09 \"float thickness\" .1 \"integer "
       "maxdepth\" 5");
   EXPECT_FLOAT_EQ(coated.alpha, 0.3f);
+  EXPECT_FLOAT_EQ(coated.coat.depth(), 0.1f);
+  EXPECT_FLOAT_EQ(material_of<Plastic>("Material \"coateddiffuse\"").coat.depth(), 0.01f) << "pbrt's coats are not clear";
   EXPECT_EQ(coated.reflectance.constant, Rgb(0.1f, 0.2f, 0.3f));
   EXPECT_TRUE(warns(world("Material \"plastic\""), "conserves energy"));
   EXPECT_ERROR(material_of<Plastic>("Material \"plastic\" \"rgb Ks\" [1 .5 1]"), "a coloured 'Ks': coats reflect white");

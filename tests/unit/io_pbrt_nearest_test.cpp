@@ -9,19 +9,19 @@ namespace {
 // The base under a coat, seen straight on under even light: light comes in through the coat from everywhere and goes out
 // straight.
 float base_brightness(const Plastic& p) {
-  const float eta = p.eta, albedo = p.reflectance.constant.x, straight = square((eta - 1) / (eta + 1));
-  return albedo / (eta * eta * (1 - albedo * p.eta.internal_reflectance())) * (1 - straight) * (1 - fresnel_average(eta));
+  const float eta = p.coat.eta(), albedo = p.reflectance.constant.x, straight = square((eta - 1) / (eta + 1));
+  return albedo / (eta * eta * (1 - albedo * p.coat.internal_reflectance())) * (1 - straight) * (1 - fresnel_average(eta));
 }
 
 TEST(PbrtNearest, CoatsReflectTheirShareAndKeepTheBaseAsBright) {
   const Plastic plastic = material_of<Plastic>("Material \"plastic\" \"rgb Kd\" [.25 .25 .25] \"rgb Ks\" [.7 .7 .7]");
-  EXPECT_NEAR(fresnel_average(plastic.eta), 0.7f * CoatIndex(1.5f).internal_reflectance(), 1e-4f)
+  EXPECT_NEAR(fresnel_average(plastic.coat.eta()), 0.7f * Coat(1.5f).internal_reflectance(), 1e-4f)
       << "pbrt-v3 sees it from within";
   EXPECT_NEAR(base_brightness(plastic), 0.25f, 1e-5f);
   const Plastic substrate = material_of<Plastic>(
       "Material \"substrate\" \"rgb Kd\" [.1 .1 .1] \"rgb Ks\" [.3 .3 .3] \"float uroughness\" .2 \"float "
       "vroughness\" .2 \"bool remaproughness\" false");
-  EXPECT_NEAR(square((substrate.eta - 1) / (substrate.eta + 1)), 0.3f, 1e-5f);
+  EXPECT_NEAR(square((substrate.coat.eta() - 1) / (substrate.coat.eta() + 1)), 0.3f, 1e-5f);
   EXPECT_NEAR(base_brightness(substrate), 0.1f, 1e-5f);
   EXPECT_FLOAT_EQ(substrate.alpha, 0.2f);
   EXPECT_EQ(material_of<Diffuse>("Material \"plastic\" \"rgb Kd\" [.1 .2 .3] \"rgb Ks\" [0 0 0]").reflectance.constant,
@@ -35,7 +35,7 @@ TEST(PbrtNearest, UberIsWhicheverOfItsLobesItHas) {
   EXPECT_GT(material_of<Plastic>(uber).alpha, 0.1f);
   const Plastic smooth = material_of<Plastic>(uber + "\"rgb Ks\" [0 0 0] \"rgb Kr\" [1 1 1] \"float index\" 1.7");
   EXPECT_EQ(smooth.alpha, 0);
-  EXPECT_NEAR(smooth.eta, 1.7f, 1e-4f);
+  EXPECT_NEAR(smooth.coat.eta(), 1.7f, 1e-4f);
   EXPECT_EQ(material_of<Diffuse>(uber + "\"float index\" 1 \"rgb Kr\" [1 1 1]").reflectance.constant, Rgb(0.25f));
   EXPECT_ERROR(material_of<Plastic>(uber + "\"float index\" 0.9"), "expected 1 to 10");
   const Dielectric glass =

@@ -27,7 +27,9 @@ class Looks : public ::testing::Test {
   Scene pbrt(const std::string& text, bool approximate = false) const {
     return parse_pbrt("WorldBegin " + text, directory.path("s.pbrt"), {.approximate = approximate});
   }
-  Scene mitsuba(const std::string& inside) { return load_scene(directory.write("s.xml", mitsuba_test::scene_text(inside))); }
+  Scene mitsuba(const std::string& inside, const std::string& version = "3.0.0") {
+    return load_scene(directory.write("s.xml", mitsuba_test::scene_text(inside, version)));
+  }
 
   TestDirectory directory;
 };
@@ -113,6 +115,7 @@ TEST_F(Looks, MitsubaReliefTurnsNormals) {
   write("blue.png", {0, 0, 0, 0, 0, 255}, {2, 1});
   const std::string blue = "<bsdf type=\"bumpmap\">" + mitsuba_image("any", "blue.png") + "<bsdf type=\"diffuse\"/></bsdf>";
   expect_near(normal_of(mitsuba(on_rectangle(blue))), glm::normalize(vec3(-0.0722f, 0, 1)), 1e-3f);
+  expect_near(normal_of(mitsuba(on_rectangle(blue), "0.6.0")), glm::normalize(vec3(-0.0722f, 0, 1)), 1e-3f);
   const std::string normals =
       "<bsdf type=\"normalmap\">" + mitsuba_image("normalmap", "lean.png") + "<bsdf type=\"roughconductor\"/></bsdf>";
   expect_near(normal_of(mitsuba(on_rectangle(normals))), glm::normalize(vec3(0.6f, 0.0039f, 0.804f)), 1e-2f);

@@ -313,6 +313,12 @@ Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::s
   }
 }
 
+bool has_own_primaries(std::string_view bytes) {
+  MemoryStream stream(bytes, "");
+  const Imf::Header header = Imf::InputFile(stream).header();
+  return conversion_to_srgb(header, find_channels(header.channels(), false)[0]).has_value();
+}
+
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
   return parse_exr(read_file(path), path, attributes);
 }

@@ -18,6 +18,8 @@ std::string encode_exr(const Image& image, const std::map<std::string, std::stri
 // Throws Error on missing, truncated or non-image files.
 Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes = nullptr,
                 bool alpha = false);
+// Whether its R, G and B are of other primaries than sRGB's, so that they were converted; of a file that parse_exr takes.
+bool has_own_primaries(std::string_view bytes);
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 }  // namespace etendue

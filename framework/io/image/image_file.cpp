@@ -195,6 +195,7 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
   RgbImage image;
   if (is_exr(bytes)) {
     image = decode_exr(bytes, name, encoding == Encoding::alpha);
+    image.had_own_primaries = encoding != Encoding::alpha && has_own_primaries(bytes);
   } else {
     try {
       image = is_hdr(bytes) ? decode_hdr(bytes) : is_pfm(bytes) ? decode_pfm(bytes) : decode_stb(bytes, encoding);
@@ -213,6 +214,25 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
       if (!std::isfinite(texel[c])) texel[c] = 0;
   }
   return image;
+}
+
+// Chunks are a length, a type, so many bytes, and a sum; gAMA is 100,000 over the exponent and stands before the data.
+float stated_gamma(std::string_view bytes) {
+  if (!bytes.starts_with("\x89PNG")) return 0;
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = at; i < std::min(at + 4, bytes.size()); ++i)
+      value = 256 * value + static_cast<unsigned char>(bytes[i]);
+    return value;
+  };
+  float gamma = 0;
+  for (std::size_t at = 8; at + 12 <= bytes.size(); at += 12 + std::size_t{number(at)}) {
+    const std::string_view type = bytes.substr(at + 4, 4);
+    if (type == "sRGB") return 0;
+    if (type == "IDAT") break;
+    if (const std::uint32_t stated = number(at + 8); type == "gAMA" && stated > 0) gamma = 1e5f / static_cast<float>(stated);
+  }
+  return gamma;
 }
 
 void decode_gamma(RgbImage& image, float gamma) {

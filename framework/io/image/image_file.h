@@ -26,6 +26,7 @@ struct RgbImage {
   // Texels that a file of floats holds as NaN or infinity are 0 here: their number, and column and row of the first ten.
   std::size_t not_finite = 0;
   std::vector<ivec2> first_not_finite = {};
+  bool had_own_primaries = false;  // an EXR's, which were converted
 };
 
 // PNG, JPEG, TGA, BMP (8 or 16 bits), HDR (RGBE), PFM and EXR, told apart by their content; grey becomes RGB.

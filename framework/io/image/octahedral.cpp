@@ -80,7 +80,7 @@ RgbImage octahedral_to_equirectangular(const RgbImage& square) {
   return result;
 }
 
-void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where) {
+void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where, RowsOf rows) {
   constexpr double most_texels = unless_fuzzed(1 << 21, 1 << 10);
   const double affordable = std::sqrt(most_texels / (static_cast<double>(size.x) * size.y));
   const int times = static_cast<int>(std::clamp(affordable, 1.0, 8.0));
@@ -91,11 +91,12 @@ void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Locati
                  "fewer of them");
   std::vector<Rgb> refined(count);
   parallel_for(static_cast<std::size_t>(fine.y), 8, [&](std::size_t row) {
+    const auto split = [](float place) { return std::pair(static_cast<int>(std::floor(place)), place - std::floor(place)); };
     const auto between = [&](std::size_t at) {
-      const float place = (static_cast<float>(at) + 0.5f) / static_cast<float>(times) - 0.5f, base = std::floor(place);
-      return std::pair(static_cast<int>(base), place - base);
+      return split((static_cast<float>(at) + 0.5f) / static_cast<float>(times) - 0.5f);
     };
-    const auto [y, share_y] = between(row);
+    const float from_pole = (static_cast<float>(row) + 0.5f) / static_cast<float>(fine.y);
+    const auto [y, share_y] = rows == RowsOf::poles ? split(from_pole * static_cast<float>(coarse.y - 1)) : between(row);
     const std::size_t above = static_cast<std::size_t>(std::max(y, 0)) * coarse.x,
                       below = static_cast<std::size_t>(std::min(y + 1, coarse.y - 1)) * coarse.x;
     for (int i = 0; i < fine.x; ++i) {

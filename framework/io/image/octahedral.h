@@ -14,9 +14,13 @@ vec2 direction_to_octahedral(const vec3& direction);
 // wide as high and as high as the square.
 RgbImage octahedral_to_equirectangular(const RgbImage& square);
 
+// Where the rows of an equirectangular image lie: the poles are half a row beyond the first and the last, or are those rows, as
+// Mitsuba 2 and 3 have it.
+enum class RowsOf : std::uint8_t { centres, poles };
+
 // Refines an equirectangular image whose texels are to be interpolated, so that steps are 1/8 of a texel wide, or as little as
 // 2^21 texels in all allow: no integrator interpolates environments, whose lights are then sampled as they are seen.
 // Throws Error at `where` when the memory that is free does not hold them.
-void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where);
+void interpolate_environment(ivec2& size, std::vector<Rgb>& texels, const Location& where, RowsOf rows = RowsOf::centres);
 
 }  // namespace etendue

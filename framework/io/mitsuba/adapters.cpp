@@ -82,8 +82,8 @@ void MitsubaReader::read_relief(const XmlElement& element, Relief::Kind kind, fl
     warn(element.where(), "checks as relief are flat: their edges have no width");
   if (entry.relief)
     approximate(element.where(), "relief on a surface that has one already is not supported", "the outer one alone");
-  const bool is_coloured_height = kind == Relief::Kind::heights && !version0();
-  entry.relief = Relief{.kind = kind, .texture = add_texture(is_coloured_height ? as_scalar(*map) : *map), .scale = scale};
+  const bool has_heights = kind == Relief::Kind::heights;
+  entry.relief = Relief{.kind = kind, .texture = add_texture(has_heights ? as_scalar(*map) : *map), .scale = scale};
   entry.scene_index.reset();
 }
 

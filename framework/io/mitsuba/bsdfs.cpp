@@ -110,7 +110,7 @@ std::span<const MitsubaReader::BsdfType> MitsubaReader::bsdf_types() {
       {"mixturebsdf", "like blendbsdf, where the weights add up to 1; others approximated by the one with most weight",
        &R::mixture},
       {"bumpmap",
-       "as it is; from version 2 on heights of a coloured image are its luminance; of meshes without texture coordinates "
+       "as it is; heights of a coloured image are its luminance; of meshes without texture coordinates "
        "approximated by the bsdf in it",
        &R::bump},
       {"normalmap", "like bumpmap", &R::bump},
@@ -272,17 +272,26 @@ MitsubaReader::MaterialEntry MitsubaReader::thin_dielectric(const Properties& of
 }
 
 void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
-  // Versions 2 and 3 have a mirror where nothing is said, earlier ones copper.
-  const std::string name = of.string("material", version0() ? "Cu" : "none");
   const float outside = refractive_index(of, "ext_eta", version0() ? "air" : "vacuum");
-  if (of.has("eta") || of.has("k")) {
-    metal.eta = colour(of, "eta", Rgb(0), ColourUse::index) / outside;
-    metal.k = colour(of, "k", Rgb(1), ColourUse::index) / outside;
-    metal.ideal = is_black(metal.eta) && metal.k == Rgb(1) / outside;
-    for (int c = 0; c < 3; ++c)
-      if (metal.eta[c] == 0 && metal.k[c] == 0) of.fail("eta", "and 'k' are both 0 in a channel");
-    return;
-  }
+  const bool has_eta = of.has("eta"), has_k = of.has("k");
+  if (!has_eta && !has_k) return named_metal(of, outside, metal);
+  metal.eta = Rgb(0);
+  metal.k = Rgb(1) / outside;
+  // What is not stated is the named metal's before version 2.
+  if (!version0() && of.string("material", "none") != "none")
+    of.fail("material", "stands beside 'eta' or 'k'; expected the one or the other");
+  if (version0() && !(has_eta && has_k)) named_metal(of, outside, metal);
+  if (has_eta) metal.eta = colour(of, "eta", Rgb(0), ColourUse::index) / outside;
+  if (has_k) metal.k = colour(of, "k", Rgb(1), ColourUse::index) / outside;
+  of.ignore({"material"});
+  metal.ideal = is_black(metal.eta) && metal.k == Rgb(1) / outside;
+  for (int c = 0; c < 3; ++c)
+    if (metal.eta[c] == 0 && metal.k[c] == 0) of.fail("eta", "and 'k' are both 0 in a channel");
+}
+
+// Versions 2 and 3 have a mirror where nothing is said, earlier ones copper.
+void MitsubaReader::named_metal(const Properties& of, float outside, Conductor& metal) {
+  const std::string name = of.string("material", version0() ? "Cu" : "none");
   metal.ideal = name == "none";
   if (metal.ideal) return;
   // Most are there by another measurement as well.

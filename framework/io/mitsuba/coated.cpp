@@ -16,7 +16,7 @@ MitsubaReader::MaterialEntry MitsubaReader::plastic(const Properties& of) {
   Plastic coated;
   const float eta = relative_index(of, "polypropylene");
   if (eta < 1) of.fail("int_ior", "is below 'ext_ior'; expected a coat that is denser than what surrounds it");
-  coated.eta = eta;
+  coated.coat = eta;
   const Roughness facets = isotropic_roughness(of, rough, 0.1f);
   coated.alpha = facets.alpha.x;
   coated.distribution = facets.distribution;
@@ -25,7 +25,7 @@ MitsubaReader::MaterialEntry MitsubaReader::plastic(const Properties& of) {
                 "1: a plain dielectric coat");
   if (coated.alpha > 0) warn(of.where(), fmt::format("{}: the rough coat transmits what a smooth one would", of.title()));
   // Without `nonlinear`, light that is reflected inside leaves the base with the colour of one reflection.
-  const float inside = of.boolean("nonlinear", false) ? 0 : coated.eta.internal_reflectance();
+  const float inside = of.boolean("nonlinear", false) ? 0 : coated.coat.internal_reflectance();
   coated.reflectance = reflectance(of, "diffuse_reflectance", Rgb(0.5f), entry.textured, inside);
   entry.material = coated;
   return entry;

@@ -45,7 +45,8 @@ std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
       {"spot", "as it is; a texture approximated by its mean, an uneven scale by a round cone", &R::spot},
       {"directional", "as it is", &R::directional},
       {"constant", "as it is", &R::constant},
-      {"envmap", "as it is, interpolated between texels", &R::environment},
+      {"envmap", "as it is, interpolated between texels; from version 2 on the poles are the first and the last row",
+       &R::environment},
       {"sky", "approximated by Preetham's clear sky", &R::sky},
       {"sun", "approximated by a directional light, from sun_direction or time and place", &R::sky},
       {"sunsky", "approximated by both", &R::sky},
@@ -129,13 +130,11 @@ void MitsubaReader::environment(const Properties& of) {
   const Transform to_world = of.transform("to_world");
   if (!to_world.similarity_scale()) of.fail("to_world", "distorts directions; expected rotations and even scales");
   of.ignore({"cache", "mis_compensation"});
-  if (const float gamma = of.number("gamma", -1); gamma != -1 && gamma != 1)
-    approximate(of.where("gamma"), fmt::format("{}: 'gamma' is neither 1 nor -1", of.title()), "1");
   EnvironmentLight light{.scale = Rgb(of.number("scale", 1, 0, brightest)),
                          .size = {},
                          .texels = {},
                          .light_to_world = to_world * light_to_emitter()};
-  RgbImage image = read_image_of(of, Encoding::srgb);
+  RgbImage image = read_coloured_image(of, read_gamma(of));
   light.size = image.size;
   light.texels = std::move(image.texels);
   float least = 0, most = 0;
@@ -147,7 +146,8 @@ void MitsubaReader::environment(const Properties& of) {
   if (least < 0)
     warn(of.where("filename"), fmt::format("'{}' falls to {:.4g}: no light is negative, taken as 0", file_name(of), least));
   if (most > brightest) of.fail("filename", fmt::format("has a texel of {:g}; expected {:g} at most", most, brightest));
-  interpolate_environment(light.size, light.texels, of.where("filename"));
+  const RowsOf rows = version0() ? RowsOf::centres : RowsOf::poles;
+  interpolate_environment(light.size, light.texels, of.where("filename"), rows);
   const Rgb scale = light.scale;
   add_light(of, std::move(light), most > 0 ? scale : Rgb(0));
 }

@@ -18,7 +18,7 @@ Scene MitsubaReader::read() {
     throw Error(tree_.root().where("version"), fmt::format("scene: version {}; expected 0.4 to 3", quote(version)));
   for (const XmlElement& child : tree_.root().children)
     if (child.tag == "path") search_.push_back(child.value("value"));
-  leave_out_motion(tree_.root());
+  tell_of_transforms(tree_.root());
   properties(tree_.root());  // every element and reference is known
   for (const XmlElement& child : tree_.root().children) read_child(child);
   finish();
@@ -91,10 +91,12 @@ void MitsubaReader::leave_out_media(const Properties& of) {
                 "nothing: what it would absorb and scatter goes straight on");
 }
 
-void MitsubaReader::leave_out_motion(const XmlElement& element) {
+void MitsubaReader::tell_of_transforms(const XmlElement& element) {
   if (element.tag == "animation")
     approximate(element.where(), "an animation is not supported: nothing moves", "its first transform, without blur");
-  for (const XmlElement& child : element.children) leave_out_motion(child);
+  if (element.tag == "lookat" && !element.find("up") && version0())
+    warn(element.where(), "lookat: without 'up' it is rolled about the view as in Mitsuba 3, not as in earlier versions");
+  for (const XmlElement& child : element.children) tell_of_transforms(child);
 }
 
 std::string MitsubaReader::file_name(const Properties& of) {

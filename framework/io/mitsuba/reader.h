@@ -71,10 +71,13 @@ class MitsubaReader {
   // `what` cannot be represented, `taken` stands for it. Throws Error unless approximations are asked for.
   void approximate(const Location& where, const std::string& what, const std::string& taken);
   void leave_out_media(const Properties& of);
-  void leave_out_motion(const XmlElement& element);
+  void tell_of_transforms(const XmlElement& element);
   Properties properties(const XmlElement& element) const { return {element, ids_}; }
   SceneFiles::File read_file_of(const Properties& of);
   RgbImage read_image_of(const Properties& of, Encoding encoding);
+  // `gamma`: the exponent by which integers encode colours; -1: as sRGB; 0: as the file says.
+  RgbImage read_coloured_image(const Properties& of, float gamma);
+  static float read_gamma(const Properties& of);
   static std::string file_name(const Properties& of);
   // Reads by the name as it stands, or in the folders of <path>. What the first try says is told where none succeeds.
   template <class Read>
@@ -163,6 +166,7 @@ class MitsubaReader {
   float refractive_index(const Properties& of, std::string_view name, const std::string& otherwise);
   float relative_index(const Properties& of, const std::string& inside);
   void index_of_metal(const Properties& of, Conductor& metal);
+  void named_metal(const Properties& of, float outside, Conductor& metal);
   struct Roughness {
     vec2 alpha{0};
     NormalDistribution distribution = NormalDistribution::ggx;

@@ -100,10 +100,24 @@ MitsubaReader::UvMap MitsubaReader::uv_map(const Properties& of) {
   return map;
 }
 
+float MitsubaReader::read_gamma(const Properties& of) {
+  const float gamma = of.number("gamma", 0, -1, 10);
+  if (gamma != -1 && gamma != 0 && gamma < 0.1f)
+    of.fail("gamma", fmt::format("is {:g}; expected 0 (as the file says), -1 (sRGB), or 0.1 to 10", gamma));
+  return gamma;
+}
+
+RgbImage MitsubaReader::read_coloured_image(const Properties& of, float gamma) {
+  if (gamma == 0 && version0()) gamma = stated_gamma(read_file_of(of).bytes);  // later versions take every PNG as sRGB
+  const bool is_srgb = gamma < 0.1f || gamma > 10;
+  RgbImage image = read_image_of(of, is_srgb ? Encoding::srgb : Encoding::linear);
+  if (!is_srgb && gamma != 1) decode_gamma(image, gamma);
+  return image;
+}
+
 MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
-  const float gamma = of.number("gamma", -1, -1, 10);
-  const bool raw = of.boolean("raw", gamma == 1), has_gamma = gamma != -1 && gamma != 1;
-  if (has_gamma && gamma < 0.1f) of.fail("gamma", fmt::format("is {:g}; expected -1 (sRGB), or 0.1 to 10", gamma));
+  const float gamma = read_gamma(of);
+  const bool raw = of.boolean("raw", gamma == 1), has_gamma = gamma != 0 && gamma != 1;
   const std::string channel = in_lower_case(of.string("channel", "all"));
   const bool of_alpha = channel == "a";
   const std::size_t component = std::string_view("rgb").find(channel);
@@ -111,10 +125,9 @@ MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
   if (channel != "all" && !of_alpha && !is_one)
     approximate(of.where("channel"),
                 fmt::format("{}: 'channel' is '{}'; expected 'r', 'g', 'b', 'a' or none", of.title(), channel), "all of them");
-  RgbImage image = read_image_of(of, of_alpha ? Encoding::alpha : raw || has_gamma ? Encoding::linear : Encoding::srgb);
+  RgbImage image = of_alpha ? read_image_of(of, Encoding::alpha) : read_coloured_image(of, has_gamma ? gamma : raw ? 1 : 0);
   if (of_alpha && !has_holes(image))
     warn(of.where("channel"), fmt::format("'{}' is opaque, or of a format whose alpha is not read", file_name(of)));
-  if (has_gamma && !of_alpha) decode_gamma(image, gamma);
   if (is_one)
     for (Rgb& texel : image.texels) texel = Rgb(texel[static_cast<int>(component)]);
   return image_texture(of, std::move(image));

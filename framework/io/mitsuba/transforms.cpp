@@ -69,12 +69,12 @@ Transform read_scale(const XmlElement& element) {
   return Transform::scale(factors);
 }
 
-// Without an up, as version 3 allows, any that is across the view.
+// Without an up it is that of Mitsuba 3: the first axis of [Duff2017]'s frame about the view.
 Transform read_look_at(const XmlElement& element) {
   expect_attributes(element, {"origin", "target", "up"});
   const vec3 origin = read_point(element, "origin", vec3(0)), target = read_point(element, "target", vec3(0, 0, 1));
   vec3 up = read_point(element, "up", vec3(0));
-  if (up == vec3(0)) up = std::abs(target.y - origin.y) < 0.9f * glm::length(target - origin) ? vec3(0, 1, 0) : vec3(0, 0, 1);
+  if (up == vec3(0) && target != origin) up = Frame::from_normal(glm::normalize(target - origin)).tangent;
   const auto transform = Transform::look_at(origin, target, up);
   if (!transform) throw Error(element.where(), "lookat: the origin is the target, or up points along the view");
   return *transform;

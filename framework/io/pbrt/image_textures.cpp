@@ -96,7 +96,7 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
                   : version3_ ? TexelUse::version3_numbers
                               : TexelUse::numbers);
   if (version3_ && params.boolean("gamma", false) && holds_floats(bytes())) decode_gamma(image, 0);  // as it is told to
-  warn_of_not_finite(image, params.where("filename"), file);
+  warn_of_texels(image, params.where("filename"), file);
   if (params.string("filter", "bilinear") == "point")
     if (const int times = repeat_texels(image, params.where("filter")); times < 16)
       warn(params.where("filter"), fmt::format("interpolated over 1/{} of a texel at the edges of each", times));
@@ -115,7 +115,11 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
   return {std::move(texture), file};
 }
 
-void PbrtReader::warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file) {
+void PbrtReader::warn_of_texels(const RgbImage& image, const Location& where, const std::string& file, bool of_light) {
+  if (image.had_own_primaries && (version3_ || !of_light))
+    warn(where, fmt::format("'{}' states primaries of its own, by which its texels are converted to linear sRGB; {}", file,
+                            version3_ ? "pbrt-v3 takes them as they are"
+                                      : "pbrt-v4 keeps the white of reflectances, and numbers and normals as they are"));
   if (image.not_finite == 0) return;
   std::string at;
   for (const ivec2& texel : image.first_not_finite) at += fmt::format("{} ({}, {})", at.empty() ? "" : ",", texel.x, texel.y);

@@ -88,7 +88,7 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
 RgbImage PbrtReader::image_file_of_light(PbrtLexer& lexer, const PbrtParams& params, std::string_view param) {
   const std::string file = params.string(param, "");
   RgbImage image = files_.image(file, *lexer.file(), params.where(param), version3_ ? Encoding::linear : Encoding::srgb);
-  warn_of_not_finite(image, params.where(param), file);
+  warn_of_texels(image, params.where(param), file, true);
   return image;
 }
 

@@ -133,12 +133,16 @@ Material PbrtReader::make_dielectric(const PbrtParams& params) {
 Material PbrtReader::make_coated_diffuse(const PbrtParams& params, MaterialEntry& entry) {
   Plastic plastic;
   plastic.reflectance = textured_colour(params, "reflectance", Rgb(0.5f), entry);
-  plastic.eta = refractive_index(params, 1.0001f);
   plastic.alpha = isotropic_alpha(params, 0, false);
-  if (!is_black(colour(params, "albedo", Rgb(0), ColourUse::reflectance)))
-    params.approximate("albedo", "nothing scatters inside the coat", "a clear coat: the base is seen through it undimmed");
+  // In pbrt it holds a medium of extinction 1; by its `albedo`, 0 unless stated, light scatters on there.
+  const Rgb albedo = colour(params, "albedo", Rgb(0), ColourUse::reflectance);
+  if (!is_black(albedo))
+    params.approximate("albedo", "nothing scatters inside the coat",
+                       "a coat that absorbs the share that does not scatter, and lets the rest straight through");
+  const float thickness = number(params, "thickness", 0.01f, 0, 1000);
+  plastic.coat = {refractive_index(params, 1.0001f), thickness * (1 - mean_component(albedo))};
   warn(params.where(), params.owner() + ": light between coat and base is summed in closed form, not sampled");
-  params.ignore({"thickness", "g", "maxdepth", "nsamples"});  // of a clear coat, or of pbrt's sampling
+  params.ignore({"g", "maxdepth", "nsamples"});  // of what scatters, or of pbrt's sampling
   return plastic;
 }
 
@@ -147,7 +151,7 @@ void PbrtReader::read_relief(const PbrtParams& params, MaterialEntry& entry) {
   if (const std::string file = params.string("normalmap", ""); !file.empty()) {
     const Location where = params.where("normalmap");
     RgbImage image = files_.image(file, where.file, where, Encoding::linear);
-    warn_of_not_finite(image, where, file);
+    warn_of_texels(image, where, file);
     if (extension_of(file) != ".png" && !holds_floats(files_.read(file, where.file, where).bytes))
       warn(where,
            fmt::format("the normals of '{}' are its values as they are; pbrt-v4 decodes them as sRGB, for it is no PNG", file));

@@ -39,8 +39,8 @@ Rgb dipole_reflectance(const Rgb& scattering, const Rgb& absorption) {
 }
 
 // The albedo under a coat that makes the base, seen straight on under even light, as bright as one of reflectance `bare`.
-Rgb albedo_under(const CoatIndex& coat, const Rgb& bare) {
-  const float eta = coat, through = (1 - normal_reflectance(eta)) * (1 - fresnel_average(eta));
+Rgb albedo_under(const Coat& coat, const Rgb& bare) {
+  const float eta = coat.eta(), through = (1 - normal_reflectance(eta)) * (1 - fresnel_average(eta));
   const Rgb gain = bare * (eta * eta / through);
   return glm::clamp(gain / (1.0f + gain * coat.internal_reflectance()), Rgb(0), Rgb(1));
 }
@@ -113,17 +113,17 @@ Material PbrtReader::make_coated(const PbrtParams& params, std::string_view base
   warn(params.where(),
        params.owner() + ": is a diffuse base under a dielectric coat that conserves energy, not pbrt-v3's sum of two lobes");
   Plastic plastic;
-  plastic.eta = eta;
+  plastic.coat = eta;
   plastic.alpha = alpha;
   plastic.reflectance = textured_colour(params, base, otherwise, entry,
-                                        [coat = plastic.eta](const Rgb& bare) { return albedo_under(coat, bare); });
+                                        [coat = plastic.coat](const Rgb& bare) { return albedo_under(coat, bare); });
   return plastic;
 }
 
 // pbrt-v3 computes the highlights of plastic as seen from within the coat, totally reflected beyond 42 degrees. The coat here
 // reflects as much of light that comes evenly from everywhere: more than pbrt's straight on, less at the edge.
 Material PbrtReader::make_plastic(const PbrtParams& params, MaterialEntry& entry) {
-  const float reflected = specular_strength(params, "Ks", 0.25f) * CoatIndex(1.5f).internal_reflectance();
+  const float reflected = specular_strength(params, "Ks", 0.25f) * Coat(1.5f).internal_reflectance();
   return make_coated(params, "Kd", Rgb(0.25f), index_of_average(reflected),
                      isotropic_alpha(params, 0.1f, true, RoughnessBy::one), entry);
 }
@@ -296,10 +296,10 @@ Material PbrtReader::make_subsurface(const PbrtParams& params, bool by_colour, M
   absorption = coefficient("sigma_a", absorption);
   const std::string_view albedo = by_colour ? "Kd" : "reflectance";
   Plastic plastic;
-  plastic.eta = refractive_index(params, 1.0001f);
+  plastic.coat = refractive_index(params, 1.0001f);
   plastic.alpha = isotropic_alpha(params, 0, by_colour || version3_, RoughnessBy::axis);
   plastic.reflectance = textured_colour(params, albedo, by_colour ? Rgb(0.5f) : dipole_reflectance(scattering, absorption),
-                                        entry, [coat = plastic.eta](const Rgb& bare) { return albedo_under(coat, bare); });
+                                        entry, [coat = plastic.coat](const Rgb& bare) { return albedo_under(coat, bare); });
   params.ignore({"scale", "mfp", "g", "Kr", "Kt"});
   return plastic;
 }

@@ -310,7 +310,7 @@ class PbrtReader {
 
   // image_textures.cpp
   TextureEntry image_texture(PbrtLexer& lexer, const PbrtParams& params, bool of_numbers);
-  void warn_of_not_finite(const RgbImage& image, const Location& where, const std::string& file);
+  void warn_of_texels(const RgbImage& image, const Location& where, const std::string& file, bool of_light = false);
 
   // lights.cpp
   // Its colour times its scale. `photometric`: the parameter that states its power, or the illuminance, in version 4;

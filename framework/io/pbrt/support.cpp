@@ -42,7 +42,9 @@ constexpr PbrtSupport supported[] = {
     {"Material", "metal", "as it is"},
     {"Material", "dielectric", "as it is; eta from 0.1 on"},
     {"Material", "glass", "as it is; eta from 0.1 on"},
-    {"Material", "coateddiffuse", "plastic, warned: light between coat and base is summed in closed form"},
+    {"Material", "coateddiffuse",
+     "plastic, warned: light between coat and base is summed in closed form; the coat absorbs by its thickness, and what "
+     "scatters in it is approximated: it goes straight on"},
     {"Material", "plastic",
      "plastic, warned: as bright as Kd, seen straight on under even light; its coat reflects as much even light as in pbrt-v3, "
      "more straight on and less towards the edge"},

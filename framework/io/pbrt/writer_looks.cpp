@@ -170,8 +170,8 @@ std::string PbrtWriter::material_text(const Dielectric& dielectric) {
 
 std::string PbrtWriter::material_text(const Plastic& plastic) {
   return "\"coateddiffuse\"" + colour_text("reflectance", plastic.reflectance) + " \"float eta\" " +
-         bracketed({within(plastic.eta, 1.0001f, 10, "a coat with an index")}) +
-         roughness_text(vec2(plastic.alpha), plastic.distribution);
+         bracketed({within(plastic.coat.eta(), 1.0001f, 10, "a coat with an index")}) + " \"float thickness\" " +
+         bracketed({plastic.coat.depth()}) + roughness_text(vec2(plastic.alpha), plastic.distribution);
 }
 
 std::string PbrtWriter::material_text(const DiffuseTransmission& sheet) {
