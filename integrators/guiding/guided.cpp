@@ -16,6 +16,10 @@ class Guided final : public Integrator {
   explicit Guided(const GuidedParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
+    if (has_signed_filter(context) && params_.combination == BlockCombination::last)
+      throw Error(
+          "guided: combination = last: a pixel's last samples may weigh nothing under a filter with negative parts; "
+          "expected mean or inverse-variance, or another filter than mitchell, sinc and their kin");
     context.choose_lights_by(params_.lights);
     settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, parse_mis(params_.mis)};
     tree_.emplace(context.scene.bounds(), SdTreeOptions{.split = static_cast<float>(params_.split),

@@ -14,8 +14,8 @@
 //
 // Unbiased up to the depth limit, but for what image_blocks.h says of the weights, which no test finds (combination = mean or
 // last: exactly).
-// Limits: there is no product with glossy lobes, which are sampled by the BSDF alone; in scenes with easy light it is slower
-// than path tracing.
+// Limits: there is no product with glossy lobes, and a tenth of their directions or more come from what was learnt; in scenes
+// with easy light it is slower than path tracing.
 #pragma once
 
 #include "framework/integrator.h"

@@ -72,7 +72,7 @@ std::vector<double> ImageBlocks::group_sums() const {
 
 std::vector<double> ImageBlocks::weights(std::size_t colour, const std::vector<double>& group_sums) const {
   std::vector<double> out(blocks_.size(), 1);
-  if (combination_ == BlockCombination::mean) return out;
+  if (combination_ == BlockCombination::mean || is_signed_) return out;  // a few samples may weigh nothing, by their signs
   if (combination_ == BlockCombination::last) {
     std::fill(out.begin(), out.end() - 1, 0.0);
     return out;

@@ -21,7 +21,7 @@ constexpr auto names_of(BlockCombination) { return std::array{"inverse-variance"
 
 class ImageBlocks {
  public:
-  // `is_signed`: samples have weights (pixel_filter.h).
+  // `is_signed`: samples have weights (pixel_filter.h), and all blocks count alike.
   ImageBlocks(ivec2 resolution, BlockCombination combination, bool is_signed = false);
 
   // Block that a sample belongs to, whether it is its first, and how many it has.

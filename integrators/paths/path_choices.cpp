@@ -82,8 +82,8 @@ bool light_samples_are_dense(const RenderContext& context) {
 }
 
 // Mean luminance of pixels over the standard deviation of a path within them, from pairs of paths in pixels all over the image;
-// 0 where they bring no light.
-float evenness_of(const RenderContext& context, const PathSettings& settings, bool count_emission) {
+// 0 where less than this share of them bring light: a few pairs may agree by chance.
+float evenness_of(const RenderContext& context, const PathSettings& settings, bool count_emission, double least_lit) {
   constexpr int side = 8;
   constexpr std::uint32_t first_index = 1u << 30;  // numbers of no image's paths
   std::vector<PathSample> paths;
@@ -93,12 +93,14 @@ float evenness_of(const RenderContext& context, const PathSettings& settings, bo
       paths.push_back(camera_path(context, pixel, SamplerKind::independent, first_index + s));
   }
   trace_paths(context, paths, 0, settings, count_emission);
-  double sum = 0, squares = 0;
+  double sum = 0, squares = 0, lit = 0;
   for (std::size_t i = 0; i < paths.size(); i += 2) {
     const double a = luminance(paths[i].radiance), b = luminance(paths[i + 1].radiance);
     sum += 0.5 * (a + b);
     squares += 0.5 * square(a - b);
+    lit += a > 0 || b > 0;
   }
+  if (lit < least_lit * square(side)) return 0;
   constexpr double rounding = 1e-7;
   const double mean = sum / square(side), deviation = std::sqrt(squares / square(side));
   return mean > 0 ? static_cast<float>(mean / std::max(deviation, rounding * mean)) : 0;
@@ -113,7 +115,7 @@ bool bsdf_samples_are_exact(const RenderContext& context) {
   const auto* light = scene.lights.size() == 1 ? std::get_if<AreaLight>(&scene.lights[0]) : nullptr;
   if (!light || light->texture != no_id || context.needs.masks) return false;
   return std::ranges::all_of(scene.materials, [](const Material& m) { return has_non_specular(m); }) &&
-         evenness_of(context, {.max_depth = 1, .roulette_depth = 2, .mis = MisMode::bsdf}, false) > exact;
+         evenness_of(context, {.max_depth = 1, .roulette_depth = 2, .mis = MisMode::bsdf}, false, 0.5) > exact;
 }
 
 // A pane is one triangle, or two side by side in a plane, of delta lobes alone: shadow rays end there.
@@ -260,10 +262,10 @@ MisChoice choose_mis(const RenderContext& context) {
 
 float roulette_evenness(const RenderContext& context, const PathSettings& settings) {
   // First by paths that end as usual, which take little time and scatter more.
-  if (!(evenness_of(context, settings, true) >= 0.6f * least_evenness)) return 1;
+  if (!(evenness_of(context, settings, true, 0) >= 0.6f * least_evenness)) return 1;
   PathSettings whole = settings;
   whole.roulette_depth = whole.max_depth + 1;
-  const float evenness = evenness_of(context, whole, true);
+  const float evenness = evenness_of(context, whole, true, 0);
   return evenness >= least_evenness ? evenness : 1;
 }
 

@@ -114,6 +114,37 @@ TEST(FilteredImages, CachesKeepDirectLightUnderSignedFilters) {
   }
 }
 
+// A ceiling that the sun does not reach, over a floor that it does: what cells answer is all the light there is.
+TEST(FilteredImages, CachesKeepIndirectLightUnderSignedFilters) {
+  SceneBuilder b("floor and ceiling");
+  const std::uint32_t grey = b.material(Diffuse{Rgb(0.5f)});
+  b.mesh(quad({-50, 0, 50}, {50, 0, 50}, {50, 0, -50}, {-50, 0, -50}), grey);
+  b.mesh(quad({-2, 4, -2}, {2, 4, -2}, {2, 4, 2}, {-2, 4, 2}), grey);
+  b.light(DirectionalLight{glm::normalize(vec3(1, -1, 0)), Rgb(1)});
+  b.camera({0, 1, 0}, {0, 4, 0.1f}, 40, {8, 8});
+  b.max_depth(2);
+  Scene scene = b.finish();
+  for (const FilterShape& filter : {mitchell, lanczos}) {
+    scene.filter = make_pixel_filter(filter);
+    for (const std::uint32_t iterations : {3u, 5u}) {
+      RenderOptions options;
+      options.resolution = {8, 8};
+      options.iterations = iterations;
+      for (const dvec3& pixel : render(scene, "hash-cache", options).image.pixels) EXPECT_GT(pixel.y, 0.015) << filter.text();
+    }
+  }
+}
+
+// Blocks of two samples of opposite signs weigh nothing.
+TEST(FilteredImages, GuidedPathsAreNotCombinedByFewSignedSamples) {
+  Scene scene = load_scene("builtin:cornell-box");
+  scene.filter = make_pixel_filter(mitchell);
+  RenderOptions options;
+  options.resolution = {8, 8};
+  options.params = testing::params_of({{"combination", "last"}});
+  EXPECT_THROW(render(scene, "guided", options), Error);
+}
+
 // The reference of a scene with a closed form is filtered as its images are.
 TEST(FilteredImages, ClosedFormsAreFilteredAlike) {
   Scene scene = load_scene("builtin:sphere-light");

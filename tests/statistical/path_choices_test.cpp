@@ -69,6 +69,19 @@ TEST(PathChoices, LightsThatFewPathsMeetAreSampled) {
             MisMode::power);
 }
 
+// Two paths in the one pixel that is lit agree by chance under some seeds.
+TEST(PathChoices, OneLitPixelDoesNotTellThatLightIsEven) {
+  SceneBuilder b("small thing");
+  b.mesh(quad({-0.1f, 0, 0.1f}, {0.1f, 0, 0.1f}, {0.1f, 0, -0.1f}, {-0.1f, 0, -0.1f}), b.material(Diffuse{Rgb(0.6f)}));
+  b.quadric(Disk{{0, 1, 0}, 1, {0, -1, 0}}, b.material(Diffuse{Rgb(0)}), Rgb(10));
+  b.camera({0, 0.9f, 0.2f}, {0, 0, 0}, 100, {16, 16});
+  const Scene scene = b.finish();
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SceneContext context(scene, {16, 16}, seed);
+    EXPECT_NE(choose_mis(context.context).mode, MisMode::bsdf) << seed;
+  }
+}
+
 // A lamp over a floor, with a pane of glass between: wide enough, beneath the whole lamp and to be trusted to stop shadow rays.
 struct UnderGlass {
   float half = 1;  // of the pane's width, metres

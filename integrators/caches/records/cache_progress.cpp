@@ -87,6 +87,7 @@ bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {
 }
 
 void CachedLight::begin(std::uint32_t iteration, double weight) {
+  if (!signed_.empty()) weight = 1;  // a filter's weights have a sum of one or more over a pixel's first samples, all alike
   weights_before_ += weight_;
   shared_ = weight_ > 0 && weight > 0 ? math::pow(std::min(weight_ / weight, 1.0), forgetting_) : 1;
   iteration_ = iteration;
@@ -97,11 +98,7 @@ void CachedLight::begin(std::uint32_t iteration, double weight) {
 void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& cached, const CachedError& error, double weight) {
   const std::size_t i = pixel_index(pixel, film.resolution());
   dvec3& sum = sums_[i];
-  const auto show_signed = [&] {
-    const Signed& so_far = signed_[i];
-    const auto over = [](const dvec3& value, double by) { return by != 0 ? value / by : dvec3(0); };
-    film.set(pixel, over(so_far.sampled, so_far.of_sampled) + over(sum, so_far.of_cached));
-  };
+  const auto show_signed = [&] { film.set(pixel, signed_[i] != 0 ? sum / signed_[i] : dvec3(0)); };
   if (!is_finite(sampled + cached)) {
     film.add(pixel, sampled + cached, iteration_);  // which counts it
     if (!signed_.empty()) show_signed();
@@ -119,16 +116,14 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
     scatter.noise += noise;
     scatter.bias += weight_ * error.bias;
   }
-  const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
-  sum += weight_ * dvec3(cached);
   if (!signed_.empty()) {
-    Signed& so_far = signed_[i];
-    so_far.sampled += dvec3(sampled);
-    so_far.of_sampled += weight;
-    so_far.of_cached += weight_ * weight;
+    sum += dvec3(sampled) + dvec3(cached);
+    signed_[i] += weight;
     show_signed();
     return;
   }
+  const dvec3 mean_before = weights_before_ > 0 ? (t - 1) / weights_before_ * sum : dvec3(0);
+  sum += weight_ * dvec3(cached);
   film.add(pixel, sampled + Rgb(t / (weights_before_ + weight_) * sum - mean_before), iteration_);
 }
 

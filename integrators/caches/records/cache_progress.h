@@ -90,7 +90,7 @@ class CachedLight {
  public:
   // `states_error`: keeps what standard_error() takes. `forgetting`: in the noise of a pixel's answers of two iterations, of
   // weights v < w, the correlation is (v / w)^forgetting; 0 for records that stay what they are.
-  // `is_signed`: the pixel filter is (framework/scene/pixel_filter.h).
+  // `is_signed`: the pixel filter is (framework/scene/pixel_filter.h); iterations weigh alike then.
   explicit CachedLight(ivec2 resolution = ivec2(0), bool states_error = false, double forgetting = 0, bool is_signed = false)
       : resolution_(resolution),
         forgetting_(forgetting),
@@ -118,16 +118,10 @@ class CachedLight {
     double bias = 0;               // weighted sum
   };
 
-  // Holds a pixel's sampled part and the weights of both parts, where the filter is signed.
-  struct Signed {
-    dvec3 sampled{0};
-    double of_sampled = 0, of_cached = 0;
-  };
-
   ivec2 resolution_;
   double forgetting_;
-  std::vector<Signed> signed_;
-  std::vector<dvec3> sums_;  // weighted
+  std::vector<double> signed_;  // the filter's weight of each pixel so far, where it is signed
+  std::vector<dvec3> sums_;     // of the cached part, weighted; where the filter is signed, of both
   std::vector<Scatter> scatter_;
   std::uint32_t iteration_ = 0;
   double weight_ = 0, weights_before_ = 0;  // of this iteration; sum of those before it
