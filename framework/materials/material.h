@@ -21,6 +21,10 @@ inline bool has_specular(const Material& material) {
 inline bool has_non_specular(const Material& material) {
   return std::visit([](const auto& m) { return m.has_non_specular(); }, material);
 }
+// Does light go through to the other side?
+inline bool transmits(const Material& material) {
+  return std::visit([]<class M>(const M&) { return M::template Lobes<float>::transmits; }, material);
+}
 // Does it depend on texture coordinates, or on the tangent along them? (Textures and anisotropic lobes do.)
 inline bool uses_uvs(const Material& material) {
   return std::visit([](const auto& m) { return m.uses_uvs(); }, material);

@@ -112,7 +112,7 @@ class Bsdf {
   bool has_non_specular() const { return has_non_specular_; }
   bool is_diffuse() const { return std::holds_alternative<Placed<Diffuse>>(placed_); }  // diffuse only
   bool transmits() const {
-    return std::holds_alternative<Placed<Dielectric>>(placed_) || std::holds_alternative<Placed<DiffuseTransmission>>(placed_);
+    return std::visit([]<class Lobes>(const PlacedLobes<float, Lobes>&) { return Lobes::transmits; }, placed_);
   }
   // Reflectance of the purely diffuse part, for photon gathers and irradiance caches: f = albedo / pi. Black if there is none.
   Rgb diffuse_albedo() const;

@@ -30,7 +30,14 @@ class DiscMoments {
       : frame_(Frame::from_normal(normal)), per_radius_(1 / std::sqrt(radius_squared)) {}
 
   // `power` in any unit; `offset` from the disc's middle, of the given squared length.
-  void add(const Rgb& power, const vec3& offset, float distance_squared) {
+  void add(Rgb power, const vec3& offset, float distance_squared) {
+    // In a unit near the first photon's, a power of two, lest squares leave the range of floats.
+    if (unit_ == 0 && max_component(power) > 0) {
+      int exponent;
+      std::frexp(max_component(power), &exponent);
+      unit_ = std::ldexp(1.0f, std::clamp(-exponent, -126, 126));
+    }
+    power *= unit_;
     // In radii, lest squares of lengths in small scenes be rounded to zero.
     const float x = glm::dot(offset, frame_.tangent) * per_radius_, y = glm::dot(offset, frame_.bitangent) * per_radius_;
     const float power_squared = glm::dot(power, power), flat_squared = x * x + y * y;
@@ -55,6 +62,7 @@ class DiscMoments {
   Frame frame_;
   float per_radius_;
   Rgb radial_{0}, first_x_{0}, first_y_{0}, second_x_{0}, second_y_{0};
+  float unit_ = 0;
   float squares_ = 0, first_squares_ = 0, second_squares_ = 0;
 };
 

@@ -40,7 +40,8 @@ void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const 
 }
 
 // The median distance at which photons have k photons about them (50 for a fixed radius); as a bound for the search four times
-// that, which only regions with a sixteenth of the usual density reach.
+// that, which only regions with a sixteenth of the usual density reach. Where there are fewer than k it is no bound but the
+// kernel's radius.
 float PhotonMap::automatic_radius() const {
   constexpr std::size_t probes = 256;
   if (photons_.empty()) return 1;
@@ -51,7 +52,10 @@ float PhotonMap::automatic_radius() const {
     query_->nearest(photons_.position[i * photons_.size() / distances.size()], k, infinity, neighbours);
     distances[i] = std::sqrt(neighbours.back().distance_squared);
   });
-  return std::max(median(distances), std::numeric_limits<float>::min()) * (options_.k > 0 ? 4 : 1);
+  const float usual = median(distances);
+  if (!(usual > 0)) return options_.alone;
+  const bool is_bound = options_.k > 0 && static_cast<std::size_t>(options_.k) <= photons_.size();
+  return usual * (is_bound ? 4 : 1);
 }
 
 namespace {
@@ -119,6 +123,17 @@ GatherPoint::GatherPoint(const SurfacePoint& point, const Bsdf& bsdf, const vec3
   if (transmits_) far_origin_ = ray_origin(point, -normal_);
 }
 
+GatherPoint GatherPoint::of_side(bool behind) const {
+  GatherPoint at = *this;
+  at.transmits_ = false;
+  at.is_behind_ = behind;
+  if (!behind) return at;
+  at.normal_ = -normal_;
+  at.origin_ = far_origin_;
+  std::swap(at.front_, at.back_);
+  return at;
+}
+
 GatherPoint GatherPoint::irradiance(const vec3& position, const vec3& normal, const vec3& origin, int max_scatterings,
                                     PhotonHistory histories) {
   GatherPoint at;
@@ -151,7 +166,7 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const float photon_footprint = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
   if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
   const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, near_walls(at, radius));
-  if (options_.edges == Edges::hull) return {over_hull(at, near, disc), radius, photon_footprint};
+  if (options_.edges == Edges::hull && !at.of_caustics()) return {over_hull(at, near, disc), radius, photon_footprint};
   std::optional<VisibleDomain> domain;
   if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
   Rgb sum(0);

@@ -2,11 +2,12 @@
 //
 // Photons arrive in proportion to irradiance, cosine included, so the estimate is sum f_r power K(d) without a further N.L.
 //
-// With k > 0 the k-th nearest photon sets the kernel's radius and is itself not counted: for any normalised kernel this is
-// unbiased at uniform density ((k - 1) / (pi r_k^2) for the box, relative variance 1 / (k - 2)), where counting it gives the
-// k / (k - 1) of the textbook. The search stops at a largest radius; fewer than k photons there are counted all, over the disc
-// of that radius, and the mixture is unbiased still: with n ~ Poisson, E = density (P(n >= k - 1) + P(n <= k - 2)). With k = 0
-// the radius is fixed.
+// With k > 0 the k-th nearest photon sets the kernel's radius and is itself not counted: of independent photons this is
+// unbiased at uniform density for any normalised kernel ((k - 1) / (pi r_k^2) for the box, relative variance 1 / (k - 2)),
+// where counting it gives the k / (k - 1) of the textbook. Where a low-discrepancy sequence spreads photons evenly, as those of
+// a point or the sun on a floor, the k-th lies farther off: the box is up to 1 / (2 k - 1) too dark, other kernels a few tenths
+// of that. The search stops at a largest radius; fewer than k photons there are counted all, over the disc of that radius, and
+// the mixture is unbiased still: with n ~ Poisson, E = density (P(n >= k - 1) + P(n <= k - 2)). With k = 0 the radius is fixed.
 //
 // With `widen`, a disc of fixed radius takes the place of that over the k nearest where photons lie evenly: it holds about 4.5
 // k, whose noise is less, and no kernel has bias there. [Schregle2003] lets the number of photons grow as long as the change of
@@ -45,6 +46,7 @@ struct GatherOptions {
   float largest_radius = infinity;  // metres; bounds a radius that is found from the photons' density
   Edges edges = Edges::disc;
   float share = 1;     // of the disc so found, about the same middle, which photons must lie in to count
+  float alone = 1;     // metres: the radius about a photon that has no other
   bool widen = false;  // with k > 0: wider discs where photons lie evenly
 };
 
@@ -77,7 +79,11 @@ class GatherPoint {
                                 PhotonHistory histories = photon_any);
 
   const vec3& position() const { return position_; }
-  const vec3& normal() const { return normal_; }  // geometric, on the side of wo
+  const vec3& normal() const { return normal_; }  // geometric, on the side that is gathered at: that of wo, but for of_side
+  // The same point of a surface that lets light through, for the photons of one side: that of wo or the other.
+  GatherPoint of_side(bool behind) const;
+  bool is_behind() const { return is_behind_; }
+  bool of_caustics() const { return histories_ == photon_caustic; }  // alone, which hulls are not for (kernel_domain.h)
   bool of_tails() const { return tail_density_ < infinity; }
   // A diffuse surface's; others, which reflect by direction, have 1.
   Rgb albedo() const { return bsdf_ != nullptr && bsdf_->is_diffuse() ? bsdf_->diffuse_albedo() : Rgb(1); }
@@ -116,11 +122,12 @@ class GatherPoint {
     const PhotonSide& side = photons.side[id];
     const bool same_plane = side.same_normal(front_) || side.same_normal(back_);
     const float cosine = std::abs(glm::dot(wi, same_plane ? normal_ : glm::normalize(side.normal())));
-    return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(cosine, least_cosine);
+    return photons.power[id] * bsdf_->evaluate(wo_, wi) / std::max(cosine, same_plane ? least_exact_cosine : least_cosine);
   }
 
  private:
-  static constexpr float least_cosine = 0.02f;  // lest the rounding of a photon's normal be divided out
+  static constexpr float least_cosine = 0.02f;        // lest the rounding of a photon's normal be divided out
+  static constexpr float least_exact_cosine = 1e-5f;  // rays along the surface
 
   GatherPoint() = default;
 
@@ -128,7 +135,7 @@ class GatherPoint {
   vec3 position_;
   vec3 wo_, normal_;
   vec3 origin_, far_origin_;  // of rays to either side
-  bool transmits_ = false;
+  bool transmits_ = false, is_behind_ = false;
   PhotonSide front_, back_;  // of normal_, as photons know it
   PhotonHistory histories_;
   Layer layer_ = 0;

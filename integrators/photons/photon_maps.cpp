@@ -15,6 +15,12 @@ constexpr double growing_passes = 16;
 constexpr float least_share = 0.2f;
 constexpr float least_caustic_share = 0.1f;
 
+// The radius of a wide kernel, in metres, for maps that tell no radius.
+float wide_radius(const Scene& scene) {
+  const float wide = 0.02f * glm::length(scene.bounds().diagonal());
+  return std::isfinite(wide) && wide > 0 ? wide : 1;
+}
+
 }  // namespace
 
 PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method) : params_(params) {
@@ -24,16 +30,20 @@ PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method
 void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
   if (params_.k == 0) check_given_radius(context.scene, params_.radius);
   use_ = use;
+  wide_radius_ = wide_radius(context.scene);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, LobeTails::followed, gathers_coats(context));
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
   // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
-  const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0);
+  // But hulls are not for caustics, which are looked up apart where they have a map of their own, or gather rays the other.
+  const bool hulls = params_.edges == Edges::hull;
+  const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0 || hulls);
   separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
   caustic_photons_ = caustics_traced_ = params_.caustic_photons > 0 ? params_.caustic_photons : fewest_photons;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
   holds_caustics_ = caustics && !separate_caustics_;
+  global_edges_ = holds_caustics_ && hulls && use.gather_rays == 0 ? Edges::disc : params_.edges;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
   if (params_.emission != PhotonEmission::power) mark_seen(context);
 }
@@ -84,7 +94,7 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
   const SeenOptions options{4, use_.max_depth, use_.sampler, params_.side_test};
   // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
   // fiftieth of the scene.
-  const float whole = 0.02f * glm::length(context.scene.bounds().diagonal());
+  const float whole = wide_radius_;
   const double area = seen_area(context, *rough_materials_, options);
   const double photons = 0.5 * std::min(photons_, separate_caustics_ ? caustic_photons_ : photons_);
   const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
@@ -112,7 +122,7 @@ Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) 
 
 void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share, bool widen) {
   map.build(std::move(photons), context.make_points(params_.structure),
-            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges, share, widen});
+            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges, share, wide_radius_, widen});
   if (!params_.side_test) return;
   walls_ = wall_grid(context.scene, map.radius(), walls_);
   map.set_walls(walls_);
@@ -135,7 +145,7 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass, float 
   irradiance_.reset();
   {
     const auto timed = context.phases.measure("build");
-    build(context, global_, std::move(photons), params_.edges);
+    build(context, global_, std::move(photons), global_edges_);
   }
   if (gathers) precompute(context, pass_for(photons_wanted, hash_keys(0, pass, 1)));
 }
@@ -166,8 +176,7 @@ void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, floa
   Photons photons =
       trace(context, pass_of(caustics_traced_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
-  const Edges edges = params_.edges == Edges::hull ? Edges::disc : params_.edges;
-  build(context, caustic_, std::move(photons), edges, share, use_.new_caustics);
+  build(context, caustic_, std::move(photons), params_.edges, share, use_.new_caustics);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

@@ -58,6 +58,10 @@ void ProgressivePasses::prepare(const RenderContext& context) {
   max_depth_ = context.max_depth(params_.max_depth);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, params_.lobe_tails, gathers_coats(context));
+  gathers_tails_ = rough_materials_->narrow_lobes() && params_.lobe_tails == LobeTails::gathered;
+  for (std::uint32_t m = 0; m < context.scene.materials.size(); ++m)
+    gathers_behind_ |= params_.edges != DiscEdges::disc && params_.side_test && (*rough_materials_)(m) &&
+                       transmits(context.scene.materials[m]);
   const bool caustics = context.needs.caustic_map;
   if (params_.photons_per_pixel == 0) params_.photons_per_pixel = caustics ? 1 : 2.5f;
   if (params_.photons == 0) {
@@ -150,15 +154,17 @@ InitialRadii ProgressivePasses::pilot(const RenderContext& context) {
   InitialRadii radii(states(context), 0);
   parallel_for(path_tile_count(context.resolution), 1, [&](std::size_t number) {
     std::vector<Rgb> unused;
-    std::array<KnownRadii, 2> known{{{map, neighbours, widest_}, {map, std::max(1, neighbours / 4), widest_}}};  // by kind
+    std::array<KnownRadii, 2> known{{{map, neighbours, widest_}, {map, std::max(1, neighbours / 4), widest_}}};  // of tails
     for (std::uint32_t i = 0; i < points_.per_pixel(); ++i)
       camera<NoArrival>(context, path_tile(context.resolution, number), i, false, unused,
                         [&](ivec2 pixel, const GatherPoint& at, const Rgb&, auto&) {
-                          const std::size_t kind = at.of_tails() ? 1 : 0;
-                          float& radius = radii[first_state(context, pixel, i) + kind];
-                          if (radius == 0) radius = known[kind](context, at);
+                          float& radius = radii[first_state(context, pixel, i) + kind_of(at)];
+                          if (radius == 0) radius = known[at.of_tails()](context, at);
                         });
   });
+  // Both sides of a sheet have one radius: where light falls on one alone, no photon tells the other's.
+  for (std::size_t s = 0; gathers_behind_ && s < radii.size(); s += kinds())
+    if (float& near = radii[s], &far = radii[s + kinds() - 1]; near > 0 && far > 0) near = far = std::min(near, far);
   for (std::size_t kind = 0; kind < kinds(); ++kind) {
     std::vector<float> known;
     for (std::size_t s = kind; s < radii.size(); s += kinds())

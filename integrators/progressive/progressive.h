@@ -45,6 +45,7 @@
 #include <array>
 #include <atomic>
 #include <functional>
+#include <numeric>
 
 namespace etendue {
 
@@ -157,7 +158,9 @@ class ProgressivePasses {
             if (bsdf.is_diffuse() && is_black(bsdf.diffuse_albedo())) return;
             if (lit && params_.direct == DirectLighting::sample)
               wave.light_samples().add(point, wo, share_of(view) * throughput, *view.sampled);
-            at(view.pixel, GatherPoint(point, bsdf, wo, gathered_, max_depth_ - depth - 1), throughput, wave);
+            const GatherPoint gathers(point, bsdf, wo, gathered_, max_depth_ - depth - 1);
+            if (!gathers_behind_ || !bsdf.transmits()) return at(view.pixel, gathers, throughput, wave);
+            for (const bool behind : {false, true}) at(view.pixel, gathers.of_side(behind), throughput, wave);
           },
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth) {
             const auto histories = static_cast<PhotonHistory>(gathered_ & ~photon_direct);
@@ -176,8 +179,12 @@ class ProgressivePasses {
 
   const VisiblePoints& points() const { return points_; }
   const RoughMaterials& rough_materials() const { return *rough_materials_; }
-  // A pixel has one state of the policy for its rough vertices, and another for the lobe tails of lobes on the way there.
-  std::uint32_t kinds() const { return rough_materials_->narrow_lobes() && params_.lobe_tails == LobeTails::gathered ? 2 : 1; }
+  // A pixel has one state of the policy for its rough vertices; another for lobe tails on the way there, where these are
+  // gathered; and one, the last, for the far sides of vertices that let light through, where discs are measured: what is off
+  // the surface may be another part on either side. (Tails of narrow lobes that let light through measure the seen side alone.)
+  static constexpr std::uint32_t most_kinds = 3;
+  std::uint32_t kinds() const { return 1 + gathers_tails_ + gathers_behind_; }
+  std::size_t kind_of(const GatherPoint& at) const { return at.is_behind() ? kinds() - 1 : at.of_tails() ? 1 : 0; }
   std::size_t states(const RenderContext& context) const {
     return static_cast<std::size_t>(context.resolution.x) * context.resolution.y * points_.per_pixel() * kinds();
   }
@@ -206,6 +213,7 @@ class ProgressivePasses {
   PhotonHistory gathered_;
   int max_depth_ = 0;
   std::unique_ptr<RoughMaterials> rough_materials_;
+  bool gathers_tails_ = false, gathers_behind_ = false;
   float widest_ = infinity;              // radius
   std::unique_ptr<VisibleRegion> seen_;  // null where it is not needed
   std::shared_ptr<const WallGrid> walls_;
@@ -248,11 +256,11 @@ class ProgressivePhotonMapping final : public Integrator {
   Expectation expectation() const override { return expected_; }
 
  private:
-  static constexpr std::uint32_t most_kinds = 2;
+  static constexpr std::uint32_t most_kinds = ProgressivePasses::most_kinds;
 
   struct Radiance {
     Rgb other{0};
-    std::array<Rgb, most_kinds> from_photons{Rgb(0), Rgb(0)};  // at rough vertices, at lobe tails
+    std::array<Rgb, most_kinds> from_photons{Rgb(0), Rgb(0), Rgb(0)};
   };
   // Over all passes of a state; `other` stands with the first one of a point.
   struct Totals {
@@ -322,7 +330,7 @@ class ProgressivePhotonMapping final : public Integrator {
     passes_.camera<Arrival>(
         context, tile, index, true, other, [&](ivec2 pixel, const GatherPoint& at, const Rgb& throughput, auto& arrivals) {
           const ivec2 place = pixel - tile.begin;
-          const std::size_t kind = at.of_tails() ? 1 : 0;
+          const std::size_t kind = passes_.kind_of(at);
           const GatherSite site{context, passes_.first_state(context, pixel, index) + kind, index / per_pixel(), map, at};
           const float radius =
               gather(site, throughput, discs[static_cast<std::size_t>(place.y) * width + place.x][kind], arrivals);
@@ -331,11 +339,11 @@ class ProgressivePhotonMapping final : public Integrator {
     std::size_t place = 0;
     for_pixels(tile, [&](ivec2 pixel) {
       const Discs& of_pixel = discs[place];
-      const Radiance radiance{other[place++], {of_pixel[0].radiance, of_pixel[1].radiance}};
+      const Radiance radiance{other[place++], {of_pixel[0].radiance, of_pixel[1].radiance, of_pixel[2].radiance}};
       const std::size_t first = passes_.first_state(context, pixel, index);
       for (std::size_t kind = 0; kind < most_kinds; ++kind)
         if (of_pixel[kind].gathers) policy_->update(first + kind, index / per_pixel(), of_pixel[kind].observed);
-      film.add(pixel, radiance.other + radiance.from_photons[0] + radiance.from_photons[1], index,
+      film.add(pixel, std::accumulate(radiance.from_photons.begin(), radiance.from_photons.end(), radiance.other), index,
                passes_.weight(context, pixel, index));
       if (coverage_) add_up(context, pixel, index, radiance);
     });

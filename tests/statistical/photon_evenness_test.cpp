@@ -42,6 +42,14 @@ TEST(DiscMoments, OfEvenPhotonsAreChiSquaredOfFiveDegrees) {
   }
 }
 
+TEST(DiscMoments, DoNotDependOnTheUnitOfPower) {
+  const auto of = [](float watt) {
+    Pcg32 random(3, 5);
+    return unevenness(80, random, [&](const vec2& p) { return watt * Rgb(0.3f + p.x * p.x, 0.5f, 0.1f); });
+  };
+  for (const float unit : {0x1p-80f, 0x1p-120f, 0x1p80f}) EXPECT_EQ(of(unit), of(1)) << unit;
+}
+
 TEST(DiscMoments, TellBordersRidgesPeaksAndColoursFromEvenLight) {
   Pcg32 random(7, 5);
   const auto lit = [](bool where) { return Rgb(where ? 1.0f : 0.1f); };

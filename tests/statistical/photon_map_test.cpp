@@ -3,6 +3,7 @@
 #include "framework/scene/builder.h"
 #include "framework/structure_names.h"
 #include "integrators/photons/photon_gather.h"
+#include "integrators/photons/photon_maps.h"
 #include "tests/image_checks.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"
@@ -112,6 +113,59 @@ TEST(PhotonMap, DistanceIsFoundFromTheSmallestRadiusOfTheSearch) {
     EXPECT_EQ(map.distance_to(stage.context, 2, at, 10, guess), 2) << guess;
 }
 
+// A map that is built anew in every iteration holds one photon in some of them, and their light would be lost.
+TEST(PhotonMap, OnePhotonKeepsItsPower) {
+  const SceneContext plane(white_plane());
+  Photons photons;
+  photons.add({0.3f, 0.2f, 0}, Rgb(1), {0, 0, 1}, 1, {0, 0, 1}, photon_caustic, 1);
+  PhotonMap map;
+  map.build(std::move(photons), find_point_structure("brute", {}).make(), {.k = 10, .alone = 0.5f});
+  constexpr int side = 60;
+  constexpr float spacing = 0.05f;
+  double power = 0;
+  for (int i = 0; i < side * side; ++i) {
+    SurfacePoint point = origin;
+    point.position = vec3(static_cast<float>(i % side - side / 2), static_cast<float>(i / side - side / 2), 0) * spacing;
+    const Bsdf bsdf(plane.scene, point);
+    power += pi * square(spacing) * map.radiance(plane.context, point, bsdf, {0, 0, 1}, photon_any, 64).x;
+  }
+  EXPECT_NEAR(power, 1, 0.01);
+}
+
+// Neither more photons than k nor fewer make a spot another brightness.
+TEST(PhotonMap, FewPhotonsAreNotSpreadOverTheBoundOfTheSearch) {
+  const SceneContext plane(white_plane());
+  const Bsdf bsdf(plane.scene, origin);
+  for (const int count : {5, 9, 11, 20}) {
+    double sum = 0;
+    constexpr int maps = 400;
+    for (int trial = 0; trial < maps; ++trial) {
+      Pcg32 random(3, static_cast<std::uint64_t>(trial));
+      Photons photons;
+      while (photons.size() < static_cast<std::size_t>(count)) {
+        const vec3 p(2 * random.next_float() - 1, 2 * random.next_float() - 1, 0);
+        if (glm::dot(p, p) < 1) photons.add(p, Rgb(1), {0, 0, 1}, 1, {0, 0, 1}, photon_caustic, 1);
+      }
+      PhotonMap map;
+      map.build(std::move(photons), find_point_structure("brute", {}).make(), {.k = 10});
+      sum += map.radiance(plane.context, origin, bsdf, {0, 0, 1}, photon_any, 64).x / maps;
+    }
+    EXPECT_NEAR(sum * pi / (count / pi), 1, 0.4) << count;
+  }
+}
+
+// Hulls are not for caustics, which then have a map of their own, or discs.
+TEST(PhotonMaps, CausticsAreNotDividedByHulls) {
+  const SceneContext scene(load_scene("builtin:water"));
+  const auto caustic_photons = [&](Edges edges) {
+    PhotonMaps maps({.edges = edges}, "");
+    maps.prepare(scene.context, {});
+    return maps.caustic_photons();
+  };
+  EXPECT_EQ(caustic_photons(Edges::disc), 0);
+  EXPECT_GT(caustic_photons(Edges::hull), 0);
+}
+
 // On a slanting plane, whose normal photons know rounded, grazing light is divided by the exact cosine; on another facet by the
 // one that its photons know.
 TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
@@ -124,12 +178,14 @@ TEST(PhotonMap, PhotonsAreDividedByTheCosineWhereTheyLanded) {
   const Bsdf bsdf(scene, point);
   const GatherPoint at(point, bsdf, normal, photon_any, 64);
   const vec3 facet = glm::normalize(vec3(0.1f, 1, 0));
-  for (const float height : {0.9f, 0.3f, 0.06f}) {
+  for (const float height : {0.9f, 0.3f, 0.06f, 0.01f, 0.003f}) {
     const vec3 wi = height * normal + safe_sqrt(1 - height * height) * along;
     const vec3 value = bsdf.evaluate(normal, wi);
     Photons photons;
     for (const vec3& landed : {normal, -normal, facet}) photons.add(vec3(0), Rgb(1), wi, 1, landed, photon_direct, 0);
-    for (const std::uint32_t id : {0u, 1u}) EXPECT_NEAR(at.reflected(photons, id).x / (value.x / height), 1, 1e-5) << height;
+    for (const std::uint32_t id : {0u, 1u})
+      EXPECT_NEAR(at.reflected(photons, id).x / (value.x / height), 1, 1e-6 / height) << height;
+    if (height < 0.05f) continue;
     const float cosine = std::abs(glm::dot(wi, facet));
     EXPECT_NEAR(at.reflected(photons, 2).x / (value.x / cosine), 1, 0.006f / cosine) << height;
   }
