@@ -1,5 +1,6 @@
 #include "integrators/choice/choose.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/units.h"
 #include "integrators/pilot/caustic_need.h"
 
@@ -40,7 +41,10 @@ double pixels_of(ivec2 resolution) { return static_cast<double>(resolution.x) * 
 class Chooser {
  public:
   Chooser(const RenderContext& context, const PilotFindings& findings, BiasAllowed bias)
-      : context_(context), found_(findings), bias_(bias), rays_(rays_a_pixel(context.effort, context.resolution, findings)) {}
+      : context_(context),
+        found_(findings),
+        bias_(bias),
+        rays_(rays_a_pixel(context.scene, context.effort, context.resolution, findings)) {}
 
   MethodChoice choose() const {
     if (context_.lights.empty() || found_.surface == 0)
@@ -182,12 +186,18 @@ class Chooser {
 
 }  // namespace
 
-double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings) {
+double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, const PilotFindings& findings) {
   const double rays_per_path = std::max(1.0, findings.rays_per_path);
   double rays = infinity;
   if (effort.error > 0) rays = 0.1 * rays_per_path * findings.path_error / effort.error;
   if (effort.iterations > 0) rays = std::min(rays, rays_per_path * static_cast<double>(effort.iterations));
-  if (effort.seconds > 0) rays = std::min(rays, effort.seconds * rays_per_second / pixels_of(resolution));
+  if (effort.seconds > 0) {
+    double triangles = 0;
+    for (const Object& object : scene.objects) triangles += static_cast<double>(object.geometry.triangles.size());
+    const double left = std::max(0.1 * effort.seconds, effort.seconds - build_seconds * triangles);
+    const double slower = 1 + 0.25 * math::log2(1 + triangles / 1000);
+    rays = std::min(rays, left * rays_per_second / (slower * pixels_of(resolution)));
+  }
   return rays < infinity ? rays : rays_per_path * default_iterations;
 }
 

@@ -9,14 +9,16 @@ namespace etendue {
 enum class BiasAllowed : std::uint8_t { any, vanishing, none };
 constexpr auto names_of(BiasAllowed) { return std::array{"any", "vanishing", "none"}; }
 
-// Rays a second by which a budget of time counts as work: about what two threads trace within a method on the machine of
-// results/. The choice goes by that number wherever it is made, so that it depends on scene, seed and budget alone.
-inline constexpr double rays_per_second = 8e6;
+// What a budget of time counts as work: rays a second in a small scene, about what two threads trace within a method on the
+// machine of results/, and seconds to build a structure, for each triangle. The choice goes by these numbers wherever it is
+// made, so that it depends on scene, seed and budget alone.
+inline constexpr double rays_per_second = 8e6, build_seconds = 4e-7;
 
-// The effort in rays a pixel: of a time, rays_per_second; of iterations, what as many paths take; of an error, a tenth of
+// The effort in rays a pixel: of a time, what is left of it after the build, at a pace that halves from a thousand triangles to
+// 16,000 and falls on; of iterations, what as many paths take; of an error, a tenth of
 // what the paths take that would reach it, since photons or a cache stand for the rest. Of several the least counts; where
 // nothing is stated, it is that of 64 iterations.
-double rays_a_pixel(const Effort& effort, ivec2 resolution, const PilotFindings& findings);
+double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, const PilotFindings& findings);
 
 // Says that light on what is seen comes by way of specular surfaces, where the method finds it by chance alone, if at all, and
 // which method brings it; "" where it does not.

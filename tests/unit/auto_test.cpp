@@ -360,11 +360,17 @@ TEST(AutoEffort, IsCountedInRays) {
   PilotFindings findings;
   findings.rays_per_path = 5;
   findings.path_error = 2;
-  EXPECT_EQ(rays_a_pixel({}, {10, 10}, findings), 5 * 64);
-  EXPECT_EQ(rays_a_pixel({0, 8}, {10, 10}, findings), 5 * 8);
-  EXPECT_EQ(rays_a_pixel({2}, {100, 100}, findings), 2 * rays_per_second / 1e4);
-  EXPECT_EQ(rays_a_pixel({2, 8}, {100, 100}, findings), 5 * 8);
-  EXPECT_DOUBLE_EQ(rays_a_pixel({0, 0, 0.01}, {10, 10}, findings), 0.1 * 5 * 2 / 0.01);
+  Scene scene;
+  EXPECT_EQ(rays_a_pixel(scene, {}, {10, 10}, findings), 5 * 64);
+  EXPECT_EQ(rays_a_pixel(scene, {0, 8}, {10, 10}, findings), 5 * 8);
+  EXPECT_EQ(rays_a_pixel(scene, {2}, {100, 100}, findings), 2 * rays_per_second / 1e4);
+  EXPECT_EQ(rays_a_pixel(scene, {2, 8}, {100, 100}, findings), 5 * 8);
+  EXPECT_DOUBLE_EQ(rays_a_pixel(scene, {0, 0, 0.01}, {10, 10}, findings), 0.1 * 5 * 2 / 0.01);
+  // Large scenes take time to build, and their rays take longer.
+  scene.objects.resize(1);
+  scene.objects[0].geometry.triangles.resize(1'000'000);
+  EXPECT_NEAR(rays_a_pixel(scene, {2}, {100, 100}, findings), 1.6 * rays_per_second / 1e4 / 3.49, 1);
+  EXPECT_GT(rays_a_pixel(scene, {0.2}, {100, 100}, findings), 0);
 }
 
 TEST(AutoStructure, WeighsBuildingAgainstTracing) {
