@@ -17,6 +17,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <functional>
 #include <vector>
 
 namespace etendue {
@@ -73,13 +74,15 @@ Entries measurement_entries() {
 
 // Their text is a summary, or what the member names.
 template <class Rows, class Text>
-Entries entries_of(const Rows& rows, Text text) {
-  Entries entries;
-  for (const auto& row : rows) {
-    entries.push_back({std::string(row.name), std::string(row.*text)});
-    if constexpr (requires { row.params; }) entries.back().params = row.params;
-  }
-  return entries;
+std::function<Entries()> rows_of(Rows rows(), Text text) {
+  return [rows, text] {
+    Entries entries;
+    for (const auto& row : rows()) {
+      entries.push_back({std::string(row.name), std::string(row.*text)});
+      if constexpr (requires { row.params; }) entries.back().params = row.params;
+    }
+    return entries;
+  };
 }
 
 Entries experiment_entries() {
@@ -92,36 +95,36 @@ Entries experiment_entries() {
   return entries;
 }
 
+// The entries are gathered where the section is asked for.
 struct Section {
   std::string name, title;
-  Entries entries;
+  std::function<Entries()> entries;
 };
 
 std::vector<Section> list_sections() {
-  return {
-      {"scenes", "scenes", scene_entries()},
-      {"integrators", "integrators", entries_of(integrators(), &IntegratorEntry::summary)},
-      {"accels", "ray structures", accel_entries()},
-      {"metrics", "metrics (x: image, r: reference)", entries_of(metrics(), &Metric::formula)},
-      {"points", "point structures: which photons lie near?", entries_of(point_structures(), &PointEntry::summary)},
-      {"records", "record structures: which records cover a point?", entries_of(record_structures(), &RecordEntry::summary)},
-      {"motions", "motions, of experiments on change over time", entries_of(motions(), &MotionEntry::summary)},
-      {"policies", "policies: what becomes of a tree when its scene moves",
-       entries_of(change_policies(), &ChangePolicyEntry::summary)},
-      {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries()},
-      {"figures", "figures of images and structures, of the failure map", entries_of(stress_figures(), &StressFigure::text)},
-      {"decisions", "decisions that the program makes from a scene, of the ledger",
-       entries_of(ledger_decisions(), &LedgerDecision::text)},
-      {"edits", "changes of a scene that switch what no parameter does, of the ledger",
-       entries_of(ledger_edits(), &LedgerEdit::text)},
-      {"experiments", "experiments, which `etendue run NAME` runs", experiment_entries()}};
+  return {{"scenes", "scenes", scene_entries},
+          {"integrators", "integrators", rows_of(integrators, &IntegratorEntry::summary)},
+          {"accels", "ray structures", accel_entries},
+          {"metrics", "metrics (x: image, r: reference)", rows_of(metrics, &Metric::formula)},
+          {"points", "point structures: which photons lie near?", rows_of(point_structures, &PointEntry::summary)},
+          {"records", "record structures: which records cover a point?", rows_of(record_structures, &RecordEntry::summary)},
+          {"motions", "motions, of experiments on change over time", rows_of(motions, &MotionEntry::summary)},
+          {"policies", "policies: what becomes of a tree when its scene moves",
+           rows_of(change_policies, &ChangePolicyEntry::summary)},
+          {"measurements", "measurements, of experiments on claims (and their scenes)", measurement_entries},
+          {"figures", "figures of images and structures, of the failure map", rows_of(stress_figures, &StressFigure::text)},
+          {"decisions", "decisions that the program makes from a scene, of the ledger",
+           rows_of(ledger_decisions, &LedgerDecision::text)},
+          {"edits", "changes of a scene that switch what no parameter does, of the ledger",
+           rows_of(ledger_edits, &LedgerEdit::text)},
+          {"experiments", "experiments, which `etendue run NAME` runs", experiment_entries}};
 }
 
 // Lists what goes by that name, wherever it stands; false if nothing does.
 bool list_name(const std::vector<Section>& sections, const std::string& name) {
   bool found = false;
   for (const Section& section : sections)
-    for (const Entry& entry : section.entries) {
+    for (const Entry& entry : section.entries()) {
       if (entry.name != name) continue;
       fmt::print("{}\n", section.title);
       print_entry(entry, true);
@@ -137,7 +140,7 @@ std::vector<std::string> listed_names(const std::string& list) {
   for (const Section& section : list_sections()) {
     if (list.empty()) names.push_back(section.name);
     if (!list.empty() && list != section.name) continue;
-    for (const Entry& entry : section.entries)
+    for (const Entry& entry : section.entries())
       if (entry.name.find_first_of(" ?") == std::string::npos) names.push_back(entry.name);  // others stand for many
   }
   return names;
@@ -151,7 +154,7 @@ int list_command(const std::string& what, bool params) {
     names.push_back(section.name);
     if (!what.empty() && what != section.name) continue;
     if (what.empty()) fmt::print("{}{}\n", found ? "\n" : "", section.title);
-    for (const Entry& entry : section.entries) {
+    for (const Entry& entry : section.entries()) {
       print_entry(entry, params);
       left_out |= !params && !(entry.params.empty() && entry.quantities.empty());
     }
@@ -161,7 +164,7 @@ int list_command(const std::string& what, bool params) {
   if (found || list_name(sections, what)) return 0;
   std::vector<std::string> all = names;
   for (const Section& section : sections)
-    for (const Entry& entry : section.entries) all.push_back(entry.name);
+    for (const Entry& entry : section.entries()) all.push_back(entry.name);
   if (nearest_names(what, all).empty()) all = names;
   throw Error(Location{"list"}, unknown_name("list or name", what, all));
 }
