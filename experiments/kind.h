@@ -34,6 +34,9 @@ class ExperimentKind {
   virtual void read(const ConfigNode& root, ExperimentConfig& config) const = 0;
   // The assignments of `--quick` where the file has no [quick].
   virtual std::vector<std::string> quick(const ConfigNode&) const { return {}; }
+  // The methods and structures that config.choice names, with all their parameters (run/recipe.h): with other defaults it is
+  // another experiment.
+  virtual std::vector<std::string> resolved(const ExperimentConfig&) const { return {}; }
   virtual std::vector<Cell> cells(const ExperimentConfig& config) const = 0;
   virtual std::string effort(const ExperimentConfig&) const { return ""; }  // of each cell, in words
   // The paths, from the project's folder, whose code its figures depend on, as git takes them; default: of all kinds.

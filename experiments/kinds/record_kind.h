@@ -53,7 +53,7 @@ class RecordKind : public ExperimentKind {
   // Such experiments render no images to compare; `also` are further keys that would change nothing, and `used` those of the
   // usual ones that do.
   explicit RecordKind(std::vector<std::string> also, const std::vector<std::string>& used = {})
-      : useless_{"integrators", "structures", "reference", "metrics", "confidence", "regions", "predictions"} {
+      : useless_{"integrators", "structures", "reference", "metrics", "confidence", "regions", "predictions", "elsewhere"} {
     useless_.insert(useless_.end(), also.begin(), also.end());
     for (const std::string& key : used) std::erase(useless_, key);
   }

@@ -172,6 +172,7 @@ class LogReader {
     }
     log_.torn = whole_length(text) < text.size();
     if (log_.torn) log_.finished = false;
+    if (!log_.finished) log_.took_s = 0;
     blocks_.move_into(log_);
     return std::move(log_);
   }
@@ -182,7 +183,10 @@ class LogReader {
     const Json json = Json::parse(line);
     const std::string type = json.at("type");
     log_.finished = type == "finished";
-    if (log_.finished) log_.took_s += json.value("took_s", 0.0);
+    if (log_.finished) {
+      is_timed_ = is_timed_ && json.contains("took_s");
+      log_.took_s = is_timed_ ? log_.took_s + json.value("took_s", 0.0) : 0;
+    }
     if (!log_.finished)
       take_as<ManifestRecord, PlanRecord, SceneRecord, ReferenceRecord, StructureRecord, StatedRecord, CheckpointRecord,
               CellRecord, ProductsRecord>(type, json);
@@ -251,6 +255,7 @@ class LogReader {
   }
 
   RunLog log_;
+  bool is_timed_ = true;
   CellBlocks blocks_;
   std::map<CellName, std::vector<CheckpointRecord>> open_;
 };
@@ -292,11 +297,13 @@ RunLog merge_logs(const std::vector<RunLog>& logs) {
   merged.finished = !logs.empty();
   CellBlocks blocks;
   CellPlaces places;
+  bool is_timed = true;
   for (const RunLog& log : logs) {
     places.add(log);
     merged.finished = merged.finished && log.finished;
     merged.torn = merged.torn || log.torn;
-    merged.took_s += log.took_s;
+    is_timed = is_timed && log.took_s > 0;
+    merged.took_s = is_timed ? merged.took_s + log.took_s : 0;
     put_all(merged.manifests, log.manifests);
     put_all(merged.plans, log.plans);
     put_all(merged.scenes, log.scenes);

@@ -19,7 +19,8 @@
 //               image, files with size and hash, expectation
 //   others      the end of a cell of another kind of experiment, with all of its figures (experiments/kind.h): animation,
 //               claim, search, stress, throughput, ledger
-//   finished    all that was to run did, in took_s seconds; whatever is logged later takes this back
+//   finished    all that was to run did, in took_s seconds, unless an earlier run was stopped; whatever is logged later takes
+//               this back
 //
 // A cell's checkpoints and its closing `cell` line are appended in one write and flushed to disk, after the files that they
 // name, so a killed run leaves whole cells and at most one torn last line, which the reader drops and the next writer cuts off.
@@ -155,7 +156,7 @@ struct StructureRecord {
   std::string note;      // what was left out of the measurement, and why; empty: nothing
   std::string fallback;  // what was measured instead of the structure, and why; empty: the structure itself
   std::uint64_t triangles = 0, bytes = 0, nodes = 0, depth = 0;
-  std::uint64_t checked = 0, disagreements = 0;  // rays whose answers were checked, and wrong answers
+  std::uint64_t checked = 0, disagreements = 0;  // answers that were checked, and wrong ones
   int threads = 1;                               // of parallel_build_s
   Measured build_s, parallel_build_s;            // the first on one thread
   double sah_cost = 0, epo_cost = 0;
@@ -204,7 +205,7 @@ struct RunLog {
   std::vector<PlanRecord> plans;  // the last is the one that counts
   std::vector<SceneRecord> scenes;
   bool finished = false, torn = false;  // torn: its last block was cut short
-  double took_s = 0;                    // of the runs that reached their end; 0: not known
+  double took_s = 0;                    // of all its runs; 0: not known, as where one was stopped
 
   std::size_t cell_count() const { return cells.size() + records.size(); }
   // The log's lines about a scene; null where there is none.

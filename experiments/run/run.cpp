@@ -77,6 +77,8 @@ ManifestRecord plan_manifest(const RunPlan& plan, int threads) {
   std::string resolved = config.hash;
   for (const Method& accel : config.accels) resolved += "\n" + resolved_accel(accel);
   for (const Method& integrator : config.integrators) resolved += "\n" + resolved_integrator(integrator);
+  if (config.kind)
+    for (const std::string& text : config.kind->resolved(config)) resolved += "\n" + text;
   ManifestRecord manifest = make_manifest(config.title, hash_text(resolved), threads);
   manifest.file = shown_file(config.path);
   manifest.options = plan.options;

@@ -112,6 +112,7 @@ RunDirectory::RunDirectory(const std::string& path, const ManifestRecord& manife
     if (earlier_.torn) observer_.warn(log + ": its end is torn, as a run that is killed leaves it; that is cut off");
   }
   finished_ = earlier_.finished;
+  follows_stopped_ = !earlier_.finished && !earlier_.manifests.empty();
   writer_ = std::make_unique<LogWriter>(log);
   // The id names neither the experiment's text nor what was typed beside it; of lines with one id the last counts.
   ManifestRecord dated = manifest;  // on the day on which it first ran
@@ -134,7 +135,7 @@ void RunDirectory::append(const std::vector<std::string>& lines) {
 }
 
 void RunDirectory::finish() {
-  if (!finished_) append({finished_line(now_s() - opened_)});
+  if (!finished_) append({finished_line(follows_stopped_ ? 0 : now_s() - opened_)});
   finished_ = true;
 }
 

@@ -64,6 +64,7 @@ class RunDirectory {
   RunLog earlier_;
   std::unique_ptr<LogWriter> writer_;
   bool finished_ = false;
+  bool follows_stopped_ = false;  // nobody knows for how long that one ran
   const double opened_ = now_s();
 };
 

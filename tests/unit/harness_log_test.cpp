@@ -143,6 +143,21 @@ TEST_F(Log, TheLastTextOfAnExperimentCounts) {
   EXPECT_EQ(to_json_line(log.manifests[0]), to_json_line(manifest));
 }
 
+TEST_F(Log, SaysHowLongItTookUnlessARunWasStopped) {
+  const ManifestRecord manifest{"id", "0.1", "abc", "GCC", "-O2", "cpu", "title", "hash", 7, "a.toml", "", ""};
+  SilentObserver observer;
+  const auto took_s = [&](bool is_stopped) {
+    const std::string path = (directory_ / (is_stopped ? "stopped" : "whole")).string();
+    if (is_stopped) RunDirectory(path, manifest, {}, false, observer);
+    RunDirectory(path, manifest, {}, false, observer).finish();
+    const RunLog log = read_log(path + "/runs.jsonl");
+    EXPECT_TRUE(log.finished);
+    return log.took_s;
+  };
+  EXPECT_GT(took_s(false), 0);
+  EXPECT_EQ(took_s(true), 0);
+}
+
 TEST_F(Log, TornEndIsDroppedAndCutOffAtAnyByte) {
   write_cell(1);
   const std::string whole = content();

@@ -93,10 +93,25 @@ TEST(LedgerVerdict, NoiseOfTheReferenceIsTakenFromErrors) {
   EXPECT_LT(ledger_figures(record).error.centre, 1.05) << "as of older lines";
 }
 
+// With the noise the ratio is 1.07; without it both errors are at their least, and the ratio is 1.
+TEST(LedgerVerdict, ErrorsThatAreMostlyTheReferencesNoiseDecideNothing) {
+  LedgerRecord record = record_of(4.5, 1 / 1.2);
+  EXPECT_EQ(judge_decision(record, 1), LedgerVerdict::earns_its_time);
+  record.relmse_floor = 0.05;
+  for (LedgerTrial& trial : record.trials) {
+    trial.error += record.relmse_floor;
+    trial.switched_error += record.relmse_floor;
+  }
+  EXPECT_EQ(judge_decision(record, 1), LedgerVerdict::no_gain);
+  for (LedgerTrial& trial : record.trials) trial.switched_error = 5;
+  EXPECT_EQ(judge_decision(record, 1), LedgerVerdict::earns_its_time) << "the other stands far above the noise";
+}
+
 TEST(LedgerReport, TellsWhereTheReferencesNoiseIsNotSmall) {
   const auto notes = [](double floor) {
     RunLog log;
     auto record = std::make_shared<LedgerRecord>(record_of(1.4, 1));
+    record->reference = "closed form: 1";
     record->relmse_floor = floor;
     log.records.push_back(record);
     return joined(ledger_report(log).tables.at(0).notes, " ");
@@ -107,6 +122,28 @@ TEST(LedgerReport, TellsWhereTheReferencesNoiseIsNotSmall) {
   EXPECT_NE(notes(2e-5).find("Of 1 decision the reference's noise is more than 1 % of an error, on builtin:box"),
             std::string::npos)
       << notes(2e-5);
+}
+
+TEST(LedgerReport, TellsOfReferencesOfUnknownNoise) {
+  const auto notes = [](const std::string& reference) {
+    RunLog log;
+    auto record = std::make_shared<LedgerRecord>(record_of(1.4, 1));
+    record->reference = reference;
+    log.records.push_back(record);
+    return joined(ledger_report(log).tables.at(0).notes, " ");
+  };
+  EXPECT_NE(notes("0.9 of path").find("Nobody knows the noise of the references of builtin:box"), std::string::npos);
+  EXPECT_EQ(notes("closed form: 1").find("Nobody knows"), std::string::npos);
+}
+
+TEST(LedgerReport, TheMedianOfTwoRatiosIsGeometric) {
+  RunLog log;
+  for (const double ratio : {0.5, 2.0}) {
+    log.records.push_back(std::make_shared<LedgerRecord>(record_of(ratio, 1)));
+    log.records.back()->cell.scene += std::to_string(ratio);
+  }
+  const Table table = ledger_report(log).tables.at(0);
+  EXPECT_NEAR(table.rows.at(0)[*column_of(table, "error")].order.value(), 1, 1e-9);
 }
 
 TEST(LedgerReport, NamesWhatIsContradictedAndWhyItStands) {
@@ -140,6 +177,17 @@ TEST(LedgerConfig, MistakesAreErrorsAtTheirPlaces) {
   expect_error(ledger_base + row + row, "x.toml:9:1", "twice");
   expect_error(replaced(ledger_base, "samples = 1", "time = 1") + row, "x.toml:5:3", "samples = N");
   expect_error("accels = [\"sah\"]\n" + ledger_base + row, "x.toml:1:1", "of no use beside [[ledger]]");
+  expect_error(replaced(ledger_base, "samples = 1", "samples = 1, checkpoints = \"log\"") + row, "x.toml:2:25",
+               "at the end alone");
+}
+
+// By their defaults a run knows whether it goes on with the same experiment.
+TEST(LedgerConfig, MethodsOfRowsAreToldWithTheirDefaults) {
+  const ExperimentConfig config = parse_experiment(ledger_base + row, "x.toml");
+  const std::vector<std::string> texts = config.kind->resolved(config);
+  ASSERT_EQ(texts.size(), 4u) << "method, structure, on and off";
+  EXPECT_NE(joined(texts, "\n").find("mis=light"), std::string::npos);
+  EXPECT_NE(texts[0].find("roulette_depth="), std::string::npos) << texts[0];
 }
 
 class LedgerRun : public ::testing::Test {

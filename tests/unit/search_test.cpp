@@ -99,6 +99,22 @@ TEST(SearchMeasurement, StructuresAgreeAndEveryFigureIsThere) {
   }
 }
 
+// Queries of one place follow each other, and a slow structure answers a part of them.
+TEST(SearchMeasurement, ASlowStructureIsAskedAllOverTheScene) {
+  const Scene scene = load_scene("builtin:cornell-box", {});
+  SearchChoice choice;
+  choice.structures = {"brute", "hash-grid"};
+  choice.neighbours = {50};
+  choice.queries = 2000;
+  choice.repetitions = 1;
+  const SearchRecord record = measure_search({choice, {"scene", "scene", 0, "", 0}, &scene, 100'000, 1});
+  std::vector<double> found;
+  for (const SearchFigure& f : record.figures)
+    if (f.measure == "within") found.push_back(f.found);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_NEAR(found[0] / found[1], 1, 0.5);
+}
+
 TEST(SearchCurves, CrossoversLieWhereLogarithmsMeet) {
   RunLog log;
   add_record(log, record_of(10, {{"brute", 1}, {"tree", 10}, {"grid", 40}}));

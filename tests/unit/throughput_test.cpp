@@ -24,6 +24,7 @@ TEST(Throughput, KeysThatWouldChangeNothingAreErrors) {
   expect_error(replaced(throughput_base, "repetitions = 2", "isa = [\"avx3\"]"), "x.toml:4:23", "avx2");
   expect_error(replaced(throughput_base, "repetitions = 2", "repetition = 2"), "x.toml:4:16", "repetitions");
   expect_error("scenes = [\"builtin:cornell-box\"]\nthroughput = {}\n", "x.toml:2:14", "[[integrators]]");
+  expect_error(throughput_base + "seeds = 2\n", "x.toml:5:9", "expected one beside [throughput]");
 }
 
 TEST(Throughput, EveryInstructionSetIsMeasuredAndResumed) {

@@ -11,6 +11,7 @@
 #include "experiments/kinds/ledger/ledger_decisions.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/rows.h"
+#include "experiments/run/recipe.h"
 #include "experiments/run/run_cell.h"
 #include "experiments/run/run_reference.h"
 #include "framework/io/text.h"
@@ -285,6 +286,8 @@ class LedgerKind final : public RecordKind<LedgerRecord, LedgerWork> {
     require_scenes(config);
     if (!config.budget.samples || config.budget.time_s || config.budget.error)
       throw Error(rows.key_where, "ledger: expected budget = { samples = N } beside it, and no other limit");
+    if (const ConfigNode* ladder = find_key(*find_key(root, "budget"), "checkpoints"))
+      throw Error(ladder->key_where, "budget.checkpoints: expected none beside [[ledger]], which measures at the end alone");
     config.choice = std::make_shared<LedgerChoice>(read_ledger(rows, *config.budget.samples));
   }
 
@@ -297,6 +300,16 @@ class LedgerKind final : public RecordKind<LedgerRecord, LedgerWork> {
       for (std::size_t i = 0; i < rows.size(); ++i)
         cells.push_back({s, 0, i, {config.scenes[s].name, rows[i].owner(), rows[i].component, 1}});
     return cells;
+  }
+
+  std::vector<std::string> resolved(const ExperimentConfig& config) const override {
+    std::vector<std::string> texts;
+    for (const LedgerRow& row : choice_of<LedgerChoice>(config).rows) {
+      texts.insert(texts.end(), {resolved_integrator(row.method), resolved_accel(row.accel)});
+      for (const std::optional<Method>& method : {row.with, row.without})
+        if (method) texts.push_back(row.of_structure ? resolved_accel(*method) : resolved_integrator(*method));
+    }
+    return texts;
   }
 
   std::string effort(const ExperimentConfig& config) const override {

@@ -35,6 +35,16 @@ bool above(const Estimate& e) { return e.spread == Spread::t95 && e.interval.low
 bool below(const Estimate& e) { return e.spread == Spread::t95 && e.interval.high < 1 && e.centre <= 1 / worth; }
 bool little(const Estimate& e) { return e.spread == Spread::t95 && e.interval.low >= 1 / worth && e.interval.high <= worth; }
 
+// Whether both errors are mostly the reference's noise, or near it, so that their ratio says little.
+bool is_mostly_noise(const LedgerRecord& record) {
+  double error = 0, switched = 0;
+  for (const LedgerTrial& trial : record.trials) {
+    error += trial.error / static_cast<double>(record.trials.size());
+    switched += trial.switched_error / static_cast<double>(record.trials.size());
+  }
+  return std::min(error, switched) < 2 * record.relmse_floor && std::max(error, switched) < 4 * record.relmse_floor;
+}
+
 }  // namespace
 
 std::string_view verdict_name(LedgerVerdict verdict) {
@@ -62,6 +72,7 @@ LedgerFigures ledger_figures(const LedgerRecord& record, double confidence) {
 
 LedgerVerdict judge_decision(const LedgerRecord& record, std::size_t decisions) {
   const LedgerFigures strict = ledger_figures(record, 1 - sidak_level(family_level, std::max<std::size_t>(1, decisions)));
+  if (is_mostly_noise(record) && !strict.same_images) return LedgerVerdict::no_gain;
   const bool trade = (above(strict.error) && below(strict.time)) || (below(strict.error) && above(strict.time));
   if (record.bias == "biased" && trade) return LedgerVerdict::trade;
   if (above(strict.time_to_error)) return LedgerVerdict::earns_its_time;
@@ -139,12 +150,18 @@ bool is_noisy(const Decision& decision) {
   });
 }
 
+// Older logs do not say how a reference was rendered.
+bool knows_noise(const Decision& decision, const RunLog& log) {
+  if (const ReferenceRecord* reference = log.reference(decision.scene()))
+    return knows_variance(*reference) && reference_noise(reference, "relmse");
+  return decision.record->relmse_floor > 0 || decision.record->reference.starts_with("closed form");
+}
+
 // Notes on what the reference's noise does to the ratios; none where references have none.
 std::vector<std::string> noise_notes(const std::vector<Decision>& decisions, const RunLog& log) {
   std::vector<std::string> notes, scenes, unknown;
   for (const Decision& decision : decisions)
-    if (const ReferenceRecord* reference = log.reference(decision.scene()))
-      if (!knows_variance(*reference) || !reference_noise(reference, "relmse")) index_in(unknown, decision.scene());
+    if (!knows_noise(decision, log)) index_in(unknown, decision.scene());
   if (!unknown.empty())
     notes.push_back(
         fmt::format("Nobody knows the noise of the references of {}: errors hold it, which brings ratios nearer to 1.",
@@ -156,15 +173,18 @@ std::vector<std::string> noise_notes(const std::vector<Decision>& decisions, con
   if (!scenes.empty())
     notes.push_back(
         fmt::format("Of {} the reference's noise is more than {} % of an error, on {}: what is left when it is taken "
-                    "off is uncertain; expected reference = {{ samples = N }} with more samples.",
+                    "off is uncertain, and where it is more than half of one and a quarter of the other there is no gain "
+                    "beyond noise; expected reference = {{ samples = "
+                    "N }} with more samples.",
                     counted(static_cast<std::size_t>(std::ranges::count_if(decisions, is_noisy)), "decision"),
                     format_short(100 * floor_share_limit), enumerate(scenes, ", ", 6)));
   return notes;
 }
 
-TableCell median_and_ends(std::vector<double> values) {
-  const auto [least, most] = std::ranges::minmax(values);
-  return TableCell::interval(median(values), least, most);
+TableCell median_and_ends(const std::vector<double>& ratios) {
+  const auto [least, most] = std::ranges::minmax(ratios);
+  const double middle = std::exp(median(mapped(ratios, [](double ratio) { return std::log(ratio); })));
+  return TableCell::interval(middle, least, most);
 }
 
 Table components_table(const RunLog& log, const std::vector<Decision>& decisions, const std::vector<Component>& components) {

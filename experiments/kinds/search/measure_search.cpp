@@ -8,6 +8,7 @@
 #include "framework/core/rng.h"
 
 #include <bit>
+#include <optional>
 
 namespace etendue {
 
@@ -35,7 +36,8 @@ using Structures = std::vector<std::unique_ptr<Structure>>;
 template <class Structure, class Ask>
 class Queries {
  public:
-  Queries(const Structures<Structure>& structures, std::size_t count, const Ask& ask) : structures_(structures), ask_(ask) {
+  Queries(const Structures<Structure>& structures, std::size_t count, const Ask& ask)
+      : structures_(structures), count_(count), ask_(ask) {
     for (std::size_t s = 0; s < structures.size(); ++s) {
       const std::size_t few = std::min<std::size_t>(count, 16);
       run(s, few);  // warm
@@ -53,19 +55,20 @@ class Queries {
   // Compares all answers, and appends a figure for each structure; `times` are those of its batches.
   void finish(const char* measure, double parameter, std::span<const std::vector<double>> times, const SearchChoice& choice,
               SearchRecord& record) {
-    std::vector<std::uint64_t> expected;
+    std::vector<std::optional<std::uint64_t>> expected(count_);
     for (std::size_t s = 0; s < structures_.size(); ++s) {
       std::size_t found = 0;
       for (std::size_t i = 0; i < batches_[s]; ++i) {
-        ask_(*structures_[s], i, out_);
+        const std::size_t at = query(i, batches_[s]);
+        ask_(*structures_[s], at, out_);
         found += out_.size();
         const std::uint64_t sum = checksum(out_);
-        if (i == expected.size()) {
-          expected.push_back(sum);
+        if (!expected[at]) {
+          expected[at] = sum;
           continue;
         }
         ++record.checked;
-        record.disagreements += sum != expected[i];
+        record.disagreements += *expected[at] != sum;
       }
       const auto asked = static_cast<double>(batches_[s]);
       record.figures.push_back(
@@ -74,11 +77,14 @@ class Queries {
   }
 
  private:
-  void run(std::size_t s, std::size_t queries) {
-    for (std::size_t i = 0; i < queries; ++i) ask_(*structures_[s], i, out_);
+  // A batch is spread over all queries, since those of one place follow each other.
+  std::size_t query(std::size_t i, std::size_t batch) const { return i * count_ / batch; }
+  void run(std::size_t s, std::size_t batch) {
+    for (std::size_t i = 0; i < batch; ++i) ask_(*structures_[s], query(i, batch), out_);
   }
 
   const Structures<Structure>& structures_;
+  std::size_t count_;  // of queries
   const Ask& ask_;
   std::vector<std::size_t> batches_;  // their sizes
   Neighbours out_;

@@ -182,6 +182,9 @@ void read_methods(TableReader& row, StressHazard& hazard, Columns columns) {
   if (const ConfigNode* remedies = row.find("remedies"))
     for (const ConfigNode& remedy : read_tables(*remedies, "stress.remedies")) {
       StressTrial trial = read_remedy(remedy, hazard);
+      for (const StressTrial& other : hazard.trials)
+        if (other.method == trial.method && other.remedy == trial.remedy)
+          throw Error(remedy.where, fmt::format("stress.remedies: '{}' of {} stands there twice", trial.remedy, trial.method));
       check_trial(hazard, trial);
       hazard.trials.push_back(std::move(trial));
     }
@@ -264,6 +267,8 @@ StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
     throw Error(structures ? structures->key_where : row.need("holds").where,
                 fmt::format("stress: {} is a figure of {}; expected {} structures", hazard.figure->name,
                             structures ? "images" : "structures", structures ? "no" : "a list of"));
+  if (structures && rows)
+    throw Error(rows->key_where, "stress.rows: there are no maps of structures; expected it beside a figure of images");
   if (structures)
     read_structures(row, *structures, hazard);
   else if (rows != nullptr)

@@ -29,37 +29,37 @@ std::string titled(const std::string& axis, const std::string& unit) { return un
 constexpr std::array sound_colours{0xf4fafd, 0xbeddee};
 constexpr std::array failing_colours{0xfff0b2, 0xfdd071, 0xf79a3b, 0xcf5a12, 0x6e2002};
 
-// Colours by the figure's logarithm where it is positive everywhere: how far it lies from the bound, over the farthest on
-// its side.
+// Colours by how far the figure lies beyond its bounds, over the farthest of the points on the same side.
 class Palette {
  public:
-  explicit Palette(const StressRow& grid) {
+  explicit Palette(const StressRow& grid) : holds_(grid.record().holds) {
     std::vector<double> values;
     for (const StressCell& cell : grid.cells)
       for (const StressPoint& point : cell.record->points) values.push_back(mean(point.values));
     const auto [low, high] = std::ranges::minmax(values);
     range = {low, high};
-    bound = 0;
-    for (const StressCell& cell : grid.cells)
-      if (!cell.record->points.empty()) bound = crossed_bound(*cell.record);
-    scale = low > 0 && bound > 0 ? Scale::log : Scale::linear;
-    upwards = !std::isinf(grid.record().holds.high) && bound == grid.record().holds.high;
+    scale = low > 0 && holds_.high > 0 && !(holds_.low < 0 && std::isfinite(holds_.low)) ? Scale::log : Scale::linear;
+    for (const double value : values) {
+      const double by = excess(value, holds_);
+      worst_ = std::max(worst_, by);
+      if (by > -immeasurable) calmest_ = std::min(calmest_, by);
+    }
   }
 
   std::string of(double value) const {
-    const double off = upwards ? distance(value) : -distance(value);
-    const double farthest = upwards == (off > 0) ? distance(range.high) : -distance(range.low);
-    if (off > 0) return colour_among(failing_colours, farthest > 0 ? off / farthest : 0);
-    return colour_among(sound_colours, farthest > 0 ? 1 + off / farthest : 1);
+    const double by = excess(value, holds_);
+    if (by > 0) return colour_among(failing_colours, worst_ > 0 ? std::min(1.0, by / worst_) : 0);
+    return colour_among(sound_colours, calmest_ < 0 ? std::max(0.0, 1 - by / calmest_) : 1);
   }
 
   Interval range;
-  double bound = 0;
   Scale scale = Scale::log;
-  bool upwards = true;  // what is above the bound fails
 
  private:
-  double distance(double value) const { return scale == Scale::log ? std::log(value / bound) : value - bound; }
+  static constexpr double immeasurable = 1e100;
+
+  Expected holds_;
+  double calmest_ = 0, worst_ = 0;  // of the points
 };
 
 // --- the map ---
@@ -220,9 +220,11 @@ class HeatMap {
   double height_ = 0;
 };
 
-std::string points_text(const StressRecord& r, double t) {
+TableCell point_cell(const StressRecord& r, double t) {
   const auto found = std::ranges::find_if(r.points, [&](const StressPoint& p) { return std::abs(p.t - t) < 1e-9; });
-  return found == r.points.end() ? "" : format_figure(mean(found->values)) + (is_failed(*found, r.holds) ? " ✗" : "");
+  if (found == r.points.end()) return {};
+  const double figure = mean(found->values);
+  return {figure, format_figure(figure) + (is_failed(*found, r.holds) ? " ✗" : "")};
 }
 
 std::string row_verdict(const StressCell& cell) {
@@ -256,7 +258,7 @@ Table grid_table(const StressRow& grid) {
   for (int quarter = 0; quarter <= 4; ++quarter) {
     const double t = quarter / 4.0;
     table.column(fmt::format("at_{:g}", of.range.at(t)), fmt::format("x = {}", x_text(of.range.at(t))),
-                 [&](const StressCell& c) { return points_text(*c.record, t); });
+                 [&](const StressCell& c) { return point_cell(*c.record, t); });
   }
   table.column("expected", "expected", [](const StressCell& c) { return c.record->expected_low; });
   table.column("verdict", "fails", [](const StressCell& c) { return c.verdict_text(); });

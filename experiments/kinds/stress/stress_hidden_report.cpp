@@ -128,13 +128,13 @@ Table hidden_table(const StressMap& map) {
   table.note(fmt::format(
       "Mean outside its interval: at how many points of the curve the reference's mean lies outside the 95 % Student interval "
       "of the seeds' image means, beyond {:g} of it; in brackets the 95 % interval of Clopper and Pearson. Of an unbiased "
-      "method whose seeds tell its noise it would be 1 in 20. σ is stated by caches alone; a normal error leaves 5 % of the "
-      "pixels beyond 2σ.",
+      "method whose seeds tell its noise it would be 1 in 20, and a little more by the noise of the reference. σ is stated by "
+      "caches alone; a normal error leaves 5 % of the pixels beyond 2σ.",
       indifference));
-  table.note(fmt::format(
-      "First sane image: the first checkpoint (samples double) with relMSE below {:g}, the median over seeds; \"> t\": half of "
-      "the seeds had none by their last, t. In brackets how many had one.",
-      sane_relmse));
+  table.note(
+      fmt::format("First sane image: the first checkpoint with relMSE below {:g}, the median over seeds; \"> t\": half of "
+                  "the seeds had none by their last, t. In brackets how many had one.",
+                  sane_relmse));
   return table.take();
 }
 

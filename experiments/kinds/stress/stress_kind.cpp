@@ -5,6 +5,7 @@
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/kinds/stress/structure_hazard.h"
 #include "experiments/report/report_text.h"
+#include "experiments/run/recipe.h"
 #include "experiments/run/run_reference.h"
 #include "experiments/statistics/statistics.h"
 #include "framework/core/check.h"
@@ -206,7 +207,7 @@ class StressWork final : public RecordWork {
   StressPoint measure(const StressHazard& hazard, const StressTrial& trial, double x, Image& first) {
     const StressPlace& at = place(hazard, trial, x);
     const Method method = method_at(hazard, trial, x), accel = default_accel();
-    const Budget budget{.samples = trial.samples};
+    const Budget budget{.samples = trial.samples, .checkpoints = plan_.config.budget.checkpoints};
     StressPoint point;
     std::vector<double> biases, beyond;
     std::vector<Image> images;
@@ -258,6 +259,18 @@ class StressWork final : public RecordWork {
   int places_of_ = 0;
 };
 
+// A reference file shows one scene.
+void require_one_scene(const StressChoice& choice, const ReferenceChoice& reference) {
+  const std::string& scene = choice.hazards.front().trials.front().scene;
+  bool is_one = reference.files.size() == 1 && with_variable(scene, 1) == with_variable(scene, 2);
+  for (const StressHazard& hazard : choice.hazards)
+    for (const StressTrial& trial : hazard.trials) is_one = is_one && trial.scene == scene;
+  if (!is_one)
+    throw Error(reference.where,
+                "reference: [[stress]] renders a scene for each x, which files cannot stand for; expected \"auto\" or "
+                "{ samples = N }");
+}
+
 class StressKind final : public RecordKind<StressRecord, StressWork> {
  public:
   StressKind() : RecordKind({"scenes", "accels"}, {"integrators", "reference"}) {}
@@ -273,8 +286,9 @@ class StressKind final : public RecordKind<StressRecord, StressWork> {
     if (!methods) throw Error(rows.key_where, "no integrators; expected integrators = [\"path\", …] beside [[stress]]");
     if (!config.budget.samples || config.budget.time_s || config.budget.error)
       throw Error(rows.key_where, "stress: expected budget = { samples = N } beside it, and no other limit");
-    config.choice =
-        std::make_shared<StressChoice>(read_stress(rows, find_key(root, "sweep"), *methods, *config.budget.samples));
+    auto choice = std::make_shared<StressChoice>(read_stress(rows, find_key(root, "sweep"), *methods, *config.budget.samples));
+    if (config.reference.kind == ReferenceChoice::Kind::file) require_one_scene(*choice, config.reference);
+    config.choice = choice;
   }
 
   std::vector<std::string> quick(const ConfigNode&) const override { return {"seeds=2", "resolution=[16, 16]"}; }
@@ -294,6 +308,17 @@ class StressKind final : public RecordKind<StressRecord, StressWork> {
 
   std::string effort(const ExperimentConfig& config) const override {
     return fmt::format("a method along a hazard, about eight points under {} seeds", config.seeds.size());
+  }
+
+  std::vector<std::string> resolved(const ExperimentConfig& config) const override {
+    std::vector<std::string> texts;
+    for (const StressHazard& hazard : choice_of<StressChoice>(config).hazards)
+      for (const StressTrial& trial : hazard.trials) {
+        if (!trial.inapplicable.empty()) continue;
+        const Method method = method_at(hazard, trial, hazard.range.from);
+        texts.push_back(hazard.of_structures() ? resolved_accel(method) : resolved_integrator(method));
+      }
+    return texts;
   }
 
   KindReport report(const RunLog& log) const override { return stress_report(log); }

@@ -17,10 +17,8 @@ std::string y_text(double y) { return y < 1e4 ? fmt::format("{:g}", y) : format_
 std::string with_unit(const std::string& text, const std::string& unit) { return unit.empty() ? text : text + " " + unit; }
 
 double crossed_bound(const StressRecord& r) {
-  const double last = mean(r.points.back().values);
-  if (std::isinf(r.holds.high)) return r.holds.low;
-  if (std::isinf(r.holds.low)) return r.holds.high;
-  return last < r.holds.low ? r.holds.low : r.holds.high;
+  const auto first = std::ranges::find_if(r.points, [&](const StressPoint& p) { return is_failed(p, r.holds); });
+  return first != r.points.end() && mean(first->values) < r.holds.low ? r.holds.low : r.holds.high;
 }
 
 Interval StressCell::x_interval() const {

@@ -12,12 +12,6 @@
 
 namespace etendue {
 
-namespace {
-
-constexpr int coarse_depth = 2;  // quarters
-
-// How far a figure lies beyond its bound: positive where it fails. A positive figure is infinitely far from a bound of 0. Where
-// the bounds lie on both sides of 0 the distance is a difference, else that of logarithms, so that both bounds have one unit.
 double excess(double value, const Expected& holds) {
   const bool straddles = std::isfinite(holds.low) && holds.low < 0 && std::isfinite(holds.high) && holds.high > 0;
   const auto beyond = [straddles](double larger, double smaller) {
@@ -30,6 +24,10 @@ double excess(double value, const Expected& holds) {
   const double below = std::isfinite(holds.low) ? beyond(holds.low, value) : -1e300;
   return std::max(above, below);
 }
+
+namespace {
+
+constexpr int coarse_depth = 2;  // quarters
 
 double mean_excess(const SweepPoint& point, const Expected& holds, std::span<const std::size_t> seeds) {
   double sum = 0;

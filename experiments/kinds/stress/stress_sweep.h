@@ -50,6 +50,10 @@ struct Threshold {
 std::vector<SweepPoint> sweep(const SweepRange& range, double factor, const Expected& holds,
                               const std::function<std::vector<double>(double x)>& measure);
 
+// How far a figure lies beyond its bounds: positive where it fails. A positive figure is infinitely (1e300) far from a bound of
+// 0. Where the bounds lie on both sides of 0 the distance is a difference, else that of logarithms, so that both bounds have
+// one unit.
+double excess(double value, const Expected& holds);
 bool is_failed(const SweepPoint& point, const Expected& holds);
 Threshold threshold_of(std::span<const SweepPoint> points, const Expected& holds);
 

@@ -66,7 +66,8 @@ Table matrix_table(const StressMap& map, bool structures) {
         std::vector<TableCell>{row.id, row.record().hazard, row.record().parameter, range_of(row.record())});
     for (const std::string& column : columns) {
       const StressCell* cell = row.of(column);
-      cells.emplace_back(cell ? TableCell(cell->threshold_text()) : TableCell());
+      TableCell& shown = cells.emplace_back(cell ? TableCell(cell->threshold_text()) : TableCell());
+      if (cell && cell->threshold) shown.order = cell->threshold->t;
     }
   }
   table.notes = {threshold_rule,

@@ -127,6 +127,8 @@ class ThroughputKind final : public RecordKind<ThroughputRecord, ThroughputWork>
   void read(const ConfigNode& root, ExperimentConfig& config) const override {
     auto choice = std::make_shared<ThroughputChoice>();
     const ConfigNode& table = *find_key(root, "throughput");
+    if (config.seeds.size() > 1)
+      throw Error(find_key(root, "seeds")->where, "seeds: speed hardly depends on them; expected one beside [throughput]");
     TableReader reader(table, "throughput", "a table { isa, repetitions, time }");
     const std::vector<std::string> all(std::begin(isa_options), std::end(isa_options));
     std::vector<std::string> isas = all;
