@@ -14,8 +14,8 @@ constexpr auto names_of(BiasAllowed) { return std::array{"any", "vanishing", "no
 // made, so that it depends on scene, seed and budget alone.
 inline constexpr double rays_per_second = 8e6, build_seconds = 4e-7;
 
-// The effort in rays a pixel: of a time, what is left of it after the build, at a pace that halves from a thousand triangles to
-// 16,000 and falls on; of iterations, what as many paths take; of an error, a tenth of
+// The effort in rays a pixel: of a time, what is left of it after the build, at a pace that is half of a small scene's with
+// 15,000 triangles and falls on; of iterations, what as many paths take; of an error, a tenth of
 // what the paths take that would reach it, since photons or a cache stand for the rest. Of several the least counts; where
 // nothing is stated, it is that of 64 iterations.
 double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, const PilotFindings& findings);

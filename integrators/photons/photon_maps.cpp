@@ -94,14 +94,13 @@ void PhotonMaps::mark_seen(const RenderContext& context) {
   const SeenOptions options{4, use_.max_depth, use_.sampler, params_.side_test};
   // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
   // fiftieth of the scene.
-  const float whole = wide_radius_;
   const double area = seen_area(context, *rough_materials_, options);
   const double photons = 0.5 * std::min(photons_, separate_caustics_ ? caustic_photons_ : photons_);
   const double needed = 2 * std::sqrt((params_.k > 0 ? params_.k : 50) * area / (std::numbers::pi * photons));
   const bool gathers = use_.gather_rays > 0;
   const float reach = params_.radius > 0 ? params_.radius
-                      : gathers          ? whole
-                                         : std::clamp(static_cast<float>(needed), 1e-3f * whole, whole);
+                      : gathers          ? wide_radius_
+                                         : std::clamp(static_cast<float>(needed), 1e-3f * wide_radius_, wide_radius_);
   // Half as much again, for what lies between the samples of a pixel.
   seen_ = find_seen(context, *rough_materials_, options, 1.5f * reach);
   // Where the global map holds the caustics, these are looked up where the camera sees them.

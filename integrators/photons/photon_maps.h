@@ -73,14 +73,12 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
          "gather rays shorter than the kernel at their ends are traced on, for corners and thin walls");
   v.choice("caustic_map", p.caustic_map,
            "auto: where the scene needs it, and gather rays or records look up the other map or caustic_photons is given, or "
-           "edges is hull; off: "
-           "one for all");
+           "edges is hull; off: one for all");
   describe_carry_below(v, p.carry_below);
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges,
            "what photons are divided by: the whole disc, its part that the point sees, or their own hull (caustics that are "
-           "seen: the "
-           "whole disc)");
+           "seen: the whole disc)");
   v.choice("emission", p.emission,
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");

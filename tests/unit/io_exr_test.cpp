@@ -167,8 +167,8 @@ TEST(Exr, ColoursOfOtherPrimariesBecomeSrgb) {
   expect_colour(read(rgb, rec2020), {0.4637, 0.4959, 1.0593});
   EXPECT_EQ(read({"Y"}, rec2020), dvec3(1));
   const std::vector<Channel> channels{{"B", PixelType::single}, {"G", PixelType::single}, {"R", PixelType::single}};
-  EXPECT_TRUE(has_own_primaries(plain_exr(channels, {0, 0}, {1, 1}, rec2020)));
-  EXPECT_FALSE(has_own_primaries(plain_exr(channels, {0, 0}, {1, 1}, rec709)));
+  EXPECT_TRUE(decode_image(plain_exr(channels, {0, 0}, {1, 1}, rec2020), "a.exr").had_own_primaries);
+  EXPECT_FALSE(decode_image(plain_exr(channels, {0, 0}, {1, 1}, rec709), "a.exr").had_own_primaries);
   expect_colour(read({"X", "Y", "Z"}, {}), {2.2226, -0.0105, 0.4823});
   EXPECT_ERROR(read(rgb, std::vector<float>(8, 0.0f)), "hromaticities");
 }

@@ -37,11 +37,8 @@ bool little(const Estimate& e) { return e.spread == Spread::t95 && e.interval.lo
 
 // Whether both errors are mostly the reference's noise, or near it, so that their ratio says little.
 bool is_mostly_noise(const LedgerRecord& record) {
-  double error = 0, switched = 0;
-  for (const LedgerTrial& trial : record.trials) {
-    error += trial.error / static_cast<double>(record.trials.size());
-    switched += trial.switched_error / static_cast<double>(record.trials.size());
-  }
+  const double error = mean(mapped(record.trials, &LedgerTrial::error)),
+               switched = mean(mapped(record.trials, &LedgerTrial::switched_error));
   return std::min(error, switched) < 2 * record.relmse_floor && std::max(error, switched) < 4 * record.relmse_floor;
 }
 
@@ -174,8 +171,7 @@ std::vector<std::string> noise_notes(const std::vector<Decision>& decisions, con
     notes.push_back(
         fmt::format("Of {} the reference's noise is more than {} % of an error, on {}: what is left when it is taken "
                     "off is uncertain, and where it is more than half of one and a quarter of the other there is no gain "
-                    "beyond noise; expected reference = {{ samples = "
-                    "N }} with more samples.",
+                    "beyond noise; expected reference = {{ samples = N }} with more samples.",
                     counted(static_cast<std::size_t>(std::ranges::count_if(decisions, is_noisy)), "decision"),
                     format_short(100 * floor_share_limit), enumerate(scenes, ", ", 6)));
   return notes;

@@ -51,11 +51,11 @@ std::optional<JudgedPrediction> judge_stress(const StressCell& cell);
 
 std::vector<const StressCell*> all_cells(const StressMap& map);
 
-std::string range_of(const StressRecord& record);                         // "0.2 → 0.01 m"
-std::string bound_of(const StressRecord& record);                         // "relmse at most 0.1"
-double crossed_bound(const StressRecord& record);                         // the end that the first point beyond it lies beyond
-std::string x_text(double x);                                             // with two digits: "0.097", "7000"
-std::string y_text(double y);                                             // as it was chosen: "0.0125", "400 k"
+std::string range_of(const StressRecord& record);  // "0.2 → 0.01 m"
+std::string bound_of(const StressRecord& record);  // "relmse at most 0.1"
+double crossed_bound(const StressRecord& record);  // the bound on whose far side the first failing point lies
+std::string x_text(double x);                      // with two digits: "0.097", "7000"
+std::string y_text(double y);                      // as it was chosen: "0.0125", "400 k"
 std::string with_unit(const std::string& text, const std::string& unit);  // "0.097 m"
 extern const char* const threshold_rule;                                  // how thresholds are found, for people
 

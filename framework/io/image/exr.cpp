@@ -211,7 +211,8 @@ class MemoryStream : public Imf::IStream {
   std::uint64_t position_ = 0;
 };
 
-Image read_pixels(const std::string& name, std::string_view bytes, std::map<std::string, std::string>* attributes, bool alpha) {
+Image read_pixels(const std::string& name, std::string_view bytes, std::map<std::string, std::string>* attributes, bool alpha,
+                  bool* had_own_primaries) {
   // OpenEXR allocates its table of offsets before it hands out the header.
   Imf::Header::setMaxImageSize(most_pixels_across, most_pixels_across);
   Imf::Header::setMaxTileSize(most_pixels_across, most_pixels_across);
@@ -233,6 +234,7 @@ Image read_pixels(const std::string& name, std::string_view bytes, std::map<std:
   constexpr std::size_t x_stride = 3 * sizeof(float);
   const std::size_t y_stride = x_stride * static_cast<std::size_t>(size.x);
   const auto conversion = conversion_to_srgb(header, names[0]);
+  if (had_own_primaries) *had_own_primaries = conversion && std::string_view(names[0]) == "R";
   const bool grey = names[0] == names[1];
   for (int i = 0; i < (grey ? 1 : 3); ++i) {
     buffer.insert(names[i], Imf::Slice::Make(Imf::FLOAT, planes.data() + i, window, x_stride, y_stride));
@@ -305,18 +307,13 @@ FileStamp write_exr(const std::string& path, const Image& image, const std::map<
   return write_whole_file(path, encode_exr(image, attributes));
 }
 
-Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes, bool alpha) {
+Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes, bool alpha,
+                bool* had_own_primaries) {
   try {
-    return read_pixels(name, bytes, attributes, alpha);
+    return read_pixels(name, bytes, attributes, alpha, had_own_primaries);
   } catch (const std::exception& e) {
     throw Error(fmt::format("cannot read '{}' as OpenEXR: {}", name, e.what()));
   }
-}
-
-bool has_own_primaries(std::string_view bytes) {
-  MemoryStream stream(bytes, "");
-  const Imf::Header header = Imf::InputFile(stream).header();
-  return conversion_to_srgb(header, find_channels(header.channels(), false)[0]).has_value();
 }
 
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {

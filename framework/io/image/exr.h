@@ -15,11 +15,10 @@ FileStamp write_exr(const std::string& path, const Image& image, const std::map<
 std::string encode_exr(const Image& image, const std::map<std::string, std::string>& attributes = {});
 
 // R, G, B (or Y) of any pixel type; the rest is ignored. `alpha`: A instead, in all components, and 1 where there is none.
+// `had_own_primaries`: whether R, G and B are of other primaries than sRGB's, so that they were converted.
 // Throws Error on missing, truncated or non-image files.
 Image parse_exr(std::string_view bytes, const std::string& name, std::map<std::string, std::string>* attributes = nullptr,
-                bool alpha = false);
-// Whether its R, G and B are of other primaries than sRGB's, so that they were converted; of a file that parse_exr takes.
-bool has_own_primaries(std::string_view bytes);
+                bool alpha = false, bool* had_own_primaries = nullptr);
 Image read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 }  // namespace etendue

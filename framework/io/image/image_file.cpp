@@ -171,8 +171,9 @@ RgbImage decode_stb(const std::string& bytes, Encoding encoding) {
 }
 
 RgbImage decode_exr(const std::string& bytes, const std::string& name, bool alpha) {
-  const Image pixels = parse_exr(bytes, name, nullptr, alpha);
-  RgbImage image{.size = pixels.size, .texels = {}};
+  RgbImage image;
+  const Image pixels = parse_exr(bytes, name, nullptr, alpha, &image.had_own_primaries);
+  image.size = pixels.size;
   image.texels.reserve(pixels.pixels.size());
   for (const dvec3& p : pixels.pixels) image.texels.emplace_back(p);
   return image;
@@ -195,7 +196,6 @@ RgbImage decode_image(const std::string& bytes, const std::string& name, Encodin
   RgbImage image;
   if (is_exr(bytes)) {
     image = decode_exr(bytes, name, encoding == Encoding::alpha);
-    image.had_own_primaries = encoding != Encoding::alpha && has_own_primaries(bytes);
   } else {
     try {
       image = is_hdr(bytes) ? decode_hdr(bytes) : is_pfm(bytes) ? decode_pfm(bytes) : decode_stb(bytes, encoding);
