@@ -275,7 +275,7 @@ RenderContext context_of(const Scene& scene, const SceneNeeds& needs, const RayQ
 }
 
 MethodChoice structure_for(const Scene& scene, ivec2 resolution, const Effort& effort) {
-  constexpr PilotFindings usual{.path_error = 10, .rays_per_path = 6};  // no ray can be traced yet to find out
+  const PilotFindings usual{.path_error = 10, .rays_per_path = usual_rays_per_path(scene)};  // no ray can be traced yet
   const double pixels = static_cast<double>(resolution.x) * resolution.y;
   return choose_structure(scene, pixels * rays_a_pixel(scene, effort, resolution, usual));
 }

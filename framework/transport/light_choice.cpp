@@ -202,11 +202,30 @@ bool LightSampler::only_even() const {
   return !empty();
 }
 
+LightTree::Emitter LightSampler::as_emitter(std::size_t light) const {
+  return std::visit(AsEmitter{scene_, emitters_[light]}, scene_.lights[light]);
+}
+
 void LightSampler::build_tree() {
   std::vector<LightTree::Emitter> finite;
-  for (std::size_t i = 0; i < scene_.lights.size(); ++i)
-    finite.push_back(std::visit(AsEmitter{scene_, emitters_[i]}, scene_.lights[i]));
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) finite.push_back(as_emitter(i));
   tree_ = LightTree(finite);
+}
+
+double LightSampler::spread() const {
+  double power = 0, squares = 0;
+  dvec3 moment(0);
+  for (std::size_t i = 0; i < power_.probability.size(); ++i) {
+    if (is_infinite(scene_.lights[i])) continue;
+    const dvec3 place = dvec3(as_emitter(i).bounds.centre() - scene_centre_) / static_cast<double>(scene_radius_);
+    const double p = power_.probability[i];
+    power += p;
+    moment += p * place;
+    squares += p * glm::dot(place, place);
+  }
+  if (!(power > 0)) return 0;
+  const dvec3 centre = moment / power;
+  return std::sqrt(std::max(0.0, squares / power - glm::dot(centre, centre)));
 }
 
 LightSampler::Chosen LightSampler::choose_for(const vec3& position, vec2& u) const {

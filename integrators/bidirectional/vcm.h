@@ -14,8 +14,9 @@
 //
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
-// pass: by default the fourth where light can reach specular surfaces, whose caustics merges find best, and the first where
-// only narrow rough lobes may throw such light, of lights that no ray can meet. Elsewhere nothing is merged unless it is asked
+// pass: by default the fourth where light can reach specular surfaces, whose caustics merges find best, and among 128 or more
+// lights that are apart, of which a connection asks one and a merge finds those whose light arrives; and the first where only
+// narrow rough lobes may throw caustics, of lights that no ray can meet. Elsewhere nothing is merged unless it is asked
 // for: the other strategies bring the same light with less noise, in less time and without a blur (experiments/ledger.toml),
 // and vcm is bdpt. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot
 // end at walls that hide a brighter part of the same floor, as those of progressive photon mapping do; instead each merge is
@@ -81,10 +82,10 @@ template <class Visitor>
 void describe(Visitor& v, VcmParams& p) {
   describe(v, static_cast<BdptParams&>(p));
   v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
-  v.integer(
-      "neighbours", p.neighbours, 0, 1000000, "vertices",
-      "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, 1 where that "
-      "of points, spots or directions can reach narrow rough lobes, and elsewhere, unless radius is given, no merges");
+  v.integer("neighbours", p.neighbours, 0, 1000000, "vertices",
+            "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, and "
+            "among 128 lights and more, 1 where that of points, spots or directions can reach narrow rough lobes, and "
+            "elsewhere, unless radius is given, no merges");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");
   v.choice("mis", p.mis, "the MIS weights of strategies");

@@ -35,7 +35,9 @@
 // and the paths that fill records gather it wherever they meet a diffuse or rough surface, and records hold all else. Records
 // of the exact answer hold caustics too, and there is no map.
 //
-// Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average.
+// Consistent with `refine`, else biased: by interpolation, and the records' noise, which iterations do not average. Passes over
+// records whose light ends in other records count alike, so that what early ones took over from coarse records fades more
+// slowly than their noise.
 #pragma once
 
 #include "framework/structure_names.h"

@@ -1,6 +1,7 @@
 #include "integrators/caches/record_cache.h"
 
 #include "framework/core/check.h"
+#include "integrators/paths/path_choices.h"
 
 namespace etendue {
 
@@ -47,6 +48,7 @@ void RecordCache::start(const RenderContext& context, const CacheSettings& setti
   // Samples out of their sequence's order could weigh less than nothing in all, where a filter has negative parts.
   shares_ = SampleShares(context.resolution, has_signed_filter(context) ? 0 : extra_samples,
                          progress_.refines ? standing_.first_round() : 0, progress_.refines);
+  if (is_smooth(context, SampleShares::smooth)) shares_.begin_with_one();
   if (progress_.refines) stated_.assign(seen.size(), -1);
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), shares_levels());
 }

@@ -71,7 +71,9 @@ class Chooser {
 
  private:
   // This is what paths leave at the end of the budget, at one ray's time for each of theirs.
-  double noise_of_paths() const { return found_.path_error * std::max(1.0, found_.rays_per_path) / rays_; }
+  double noise_of_paths() const {
+    return found_.path_error > 0 ? found_.path_error * std::max(1.0, found_.rays_per_path) / rays_ : 0;
+  }
 
   // A record would be off by this if all of the budget were paths from the records.
   double noise_of_records() const { return noise_of_paths() * found_.records / pixels_of(context_.resolution); }
@@ -84,7 +86,8 @@ class Chooser {
   // to the camera.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
-    if (found_.diffuse < fewest_diffuse && (found_.caustic_hits > 0 || found_.path_error > 0)) return false;
+    const bool others_lead = found_.path_error > 0 && (found_.caustic_photons < fewest_caustics || light < mostly_caustic);
+    if (found_.diffuse < fewest_diffuse && (found_.caustic_hits > 0 || others_lead)) return false;
     if (!may_cast_caustics(context_) || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
@@ -199,6 +202,28 @@ double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, 
     rays = std::min(rays, left * rays_per_second / (slower * pixels_of(resolution)));
   }
   return rays < infinity ? rays : rays_per_path * default_iterations;
+}
+
+double usual_rays_per_path(const Scene& scene) {
+  constexpr double most = 6;
+  const double whole = scene.bounds().half_area();
+  if (!scene.planes.empty() || !(whole > 0)) return most;
+  std::vector<Bounds> bounds(scene.objects.size());
+  std::vector<double> boxes;  // those a line meets in an object's bounds, in the mean
+  for (std::size_t o = 0; o < bounds.size(); ++o) {
+    const Geometry& geometry = scene.objects[o].geometry;
+    double area = 0;
+    for (std::uint32_t i = 0; i < geometry.primitive_count(); ++i) {
+      const Bounds box = geometry.primitive_bounds(i);
+      bounds[o].extend(box);
+      area += box.half_area();
+    }
+    boxes.push_back(bounds[o].half_area() > 0 ? area / bounds[o].half_area() : 1);
+  }
+  double crossed = 0;
+  for (const Instance& instance : scene.instances)
+    crossed += boxes[instance.object] * instance.to_world.bounds(bounds[instance.object]).half_area() / whole;
+  return 1 + (most - 1) * std::min(crossed, 1.0);
 }
 
 std::string caustics_out_of_reach(const RenderContext& context, const PilotFindings& findings, const std::string& method) {

@@ -269,4 +269,10 @@ float roulette_evenness(const RenderContext& context, const PathSettings& settin
   return evenness >= least_evenness ? evenness : 1;
 }
 
+bool is_smooth(const RenderContext& context, double deviation) {
+  const auto shows_others = [](const Material& m) { return has_specular(m); };
+  return std::ranges::none_of(context.scene.materials, shows_others) && !context.needs.masks &&
+         evenness_of(context, {.max_depth = 1}, true, 0) * deviation >= 1;
+}
+
 }  // namespace etendue

@@ -25,4 +25,8 @@ MisChoice choose_mis(const RenderContext& context);
 float roulette_evenness(const RenderContext& context, const PathSettings& settings);
 constexpr float least_evenness = 4;
 
+// Do pixels hardly scatter, by less than this relative deviation, as far as a few pixels and direct light tell? Not asked where
+// there are specular surfaces, which show light of other places.
+bool is_smooth(const RenderContext& context, double deviation);
+
 }  // namespace etendue

@@ -10,9 +10,8 @@ namespace etendue {
 
 namespace {
 
-constexpr double smooth = 0.01;  // relative deviation of samples below which one is enough
-constexpr double worth = 0.5;    // of the variance, above which sharing leaves so much that points in one sequence do better
-constexpr double dark = 0.25;    // of the image's mean: deviations of darker pixels are relative to this
+constexpr double worth = 0.5;  // of the variance, above which sharing leaves so much that points in one sequence do better
+constexpr double dark = 0.25;  // of the image's mean: deviations of darker pixels are relative to this
 
 // Numbers that a span has for a pixel's samples, in bits: two million iterations of the most samples.
 constexpr int span_bits = 26;
@@ -33,6 +32,11 @@ SampleShares::SampleShares(ivec2 resolution, float extra, std::uint32_t first, b
   if (!(extra > 0) && !measures) return;
   moments_.resize(pixels);
   deviation_.resize(pixels);
+}
+
+void SampleShares::begin_with_one() {
+  even_ = 1;
+  std::ranges::fill(count_, 1);
 }
 
 void SampleShares::add(std::size_t pixel, float luminance) {
@@ -87,7 +91,8 @@ void SampleShares::end_iteration() {
   ++iterations_;
   if (moments_.empty() || !std::has_single_bit(iterations_)) return;
   measure();
-  if (extra_ > 0) choose_numbers();
+  const bool seen_within = samples_ > next_.size();  // one sample of each pixel shows what it has beside its neighbours alone
+  if (extra_ > 0 && seen_within) choose_numbers();
   variance_ = iteration_variance();
 }
 

@@ -2,10 +2,11 @@
 //
 // Where a cache gives smooth light, the remaining noise is at outlines and in penumbrae. Each pixel takes one sample per
 // iteration. At first, and as long as sharing them out would leave most of the variance, each pixel takes as many further
-// samples as any other. A pixel whose samples hardly differ takes none, however much its neighbours do. Else further samples
-// are shared out in proportion to the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i
-// is least for n_i ~ sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours, since an
-// outline that just enters a pixel is often seen first beside it.
+// samples as any other. Where samples hardly differ within pixels, none are taken, however much neighbours differ; where that
+// is known beforehand, as of an even sky, not even at first, since points of one sequence even each other out best. Else
+// further samples are shared out in proportion to the relative standard deviation sigma, because for a given total the sum of
+// sigma_i^2 / n_i is least for n_i ~ sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours,
+// since an outline that just enters a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
 // has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
@@ -33,7 +34,11 @@ class SampleShares {
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0, bool measures = false);
 
   static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
+  static constexpr double smooth = 0.04;                 // relative deviation of samples below which one is enough
   static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
+
+  // Before the first iteration: one sample of each pixel is enough for it, as far as can be told.
+  void begin_with_one();
 
   // The numbers of a pixel's samples in the iteration under way are [begin, begin + count).
   struct Range {

@@ -4,12 +4,16 @@
 
 namespace etendue {
 
-bool may_cast_caustics(const RenderContext& context) {
+bool has_nearly_smooth_glass(const Scene& scene) {
   constexpr float nearly_smooth = 0.05f;  // GGX alpha
-  return context.needs.caustic_map || std::ranges::any_of(context.scene.materials, [](const Material& material) {
-           const auto* glass = std::get_if<Dielectric>(&material);
-           return glass != nullptr && glass->alpha > 0 && glass->alpha < nearly_smooth;
-         });
+  return std::ranges::any_of(scene.materials, [](const Material& material) {
+    const auto* glass = std::get_if<Dielectric>(&material);
+    return glass != nullptr && glass->alpha > 0 && glass->alpha < nearly_smooth;
+  });
+}
+
+bool may_cast_caustics(const RenderContext& context) {
+  return context.needs.caustic_map || has_nearly_smooth_glass(context.scene);
 }
 
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits) {

@@ -15,8 +15,10 @@ namespace etendue {
 // is less.
 inline constexpr double enough_hits_of_records = 4.0 / 256, enough_hits_of_cells = 0.1;
 
-// Can light come to what is seen by way of mirrors or glass, or of frosted glass that is nearly smooth, which paths leave in
-// the right direction by chance alone?
+// Is there frosted glass that paths leave in the right direction by chance alone? Caustic maps take no photons from it.
+bool has_nearly_smooth_glass(const Scene& scene);
+
+// Can light come to what is seen by way of mirrors or glass, or of frosted glass that is nearly smooth?
 bool may_cast_caustics(const RenderContext& context);
 
 bool caustics_need_photons(const RenderContext& context, const PilotFindings& findings, double enough_hits);

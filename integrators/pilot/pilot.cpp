@@ -175,7 +175,7 @@ class Vertices {
     const vec3 facing = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
     seen.positions.push_back(point.position);
     seen.sides.push_back(bsdf.transmits() ? vec3(0) : facing);
-    if (is_black(bsdf.diffuse_albedo())) {
+    if (!is_cached(bsdf)) {
       const float u_lobe = probe.get_1d();
       if (const BsdfSample lobe = bsdf.sample(wo, u_lobe, probe.get_2d()))
         look_along(spawn_ray(point, lobe.wi), seen.glossy_probes, probe);

@@ -159,6 +159,14 @@ TEST(PathChoices, RouletteWaitsWherePathsBringTheSame) {
   EXPECT_EQ(survival_of(Rgb(1), 1.0f), 0.95f);
 }
 
+TEST(PathChoices, LightIsSmoothWhereNoPixelScatters) {
+  const auto smooth = [](const char* name) { return is_smooth(SceneContext(load_scene(name), {48, 48}).context, 0.04); };
+  EXPECT_TRUE(smooth("builtin:many-lamps"));
+  EXPECT_TRUE(smooth("builtin:lambert-sphere"));
+  EXPECT_FALSE(smooth("builtin:cornell-box"));
+  EXPECT_FALSE(smooth("builtin:edge"));
+}
+
 // An even sky, a lamp and the sun over surfaces of each kind.
 Scene under_the_sky() {
   SceneBuilder b("under the sky");

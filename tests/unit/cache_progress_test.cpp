@@ -1,5 +1,6 @@
 #include "integrators/caches/records/cache_progress.h"
 
+#include "framework/core/sampler.h"
 #include "integrators/caches/records/record_file.h"
 
 #include <gtest/gtest.h>
@@ -127,6 +128,35 @@ TEST(CachedLight, KeepsAPixelThatASampleSpoils) {
   light.add(film, {0, 0}, Rgb(infinity), Rgb(0));
   EXPECT_EQ(film.mean().pixels[0].x, 3);
   EXPECT_EQ(film.non_finite_count(), 1u);
+}
+
+// The scatter of the filter's signs is not that of the light: even light has none, and noise that signs part counts for more.
+TEST(CachedLight, StatesTheErrorOfASignedPixel) {
+  constexpr int samples = 256, seeds = 400;
+  constexpr float negative = 0.2f;  // share of the weights
+  for (const float noise : {0.0f, 3.0f}) {
+    double sum = 0, squares = 0, stated = 0;
+    for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+      CachedLight light({1, 1}, true, 0, true);
+      Film film({1, 1});
+      Sampler sampler(SamplerKind::independent, seed, Stream::test, 0, 0);
+      for (std::uint32_t i = 0; i < samples; ++i) {
+        const float weight = i > 0 && sampler.get_1d() < negative ? -1.0f : 1.0f;
+        light.begin(i, i + 1.0);
+        light.add(film, {0, 0}, Rgb(weight * (1 + noise * (sampler.get_1d() - 0.5f))), Rgb(0), {}, weight);
+      }
+      const double mean = film.mean().pixels[0].x;
+      sum += mean;
+      squares += mean * mean;
+      stated += square(light.standard_error().pixels[0].x);
+    }
+    if (noise == 0) {
+      EXPECT_LT(stated, 1e-12);
+      EXPECT_NEAR(sum / seeds, 1, 1e-6);
+    } else {
+      EXPECT_NEAR(stated / ((squares - sum * sum / seeds) * seeds / (seeds - 1)), 1, 0.25);
+    }
+  }
 }
 
 }  // namespace

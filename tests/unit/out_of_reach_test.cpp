@@ -40,11 +40,12 @@ TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
 
 // A lamp in a ball of frosted glass: what is nearly smooth casts caustics as smooth glass does.
 TEST(LightOutOfReach, IsToldOfFrostedGlassThatIsNearlySmooth) {
-  const auto told = [](float alpha, const char* method) {
+  const auto told = [](float alpha, const char* method, bool mirror = false) {
     SceneBuilder b("bulb");
     b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
     b.quadric(Sphere{{0, 1, 0}, 0.001f}, b.material(Diffuse{Rgb(0)}), Rgb(1e6f));
     b.quadric(Sphere{{0, 1, 0}, 0.2f}, b.material(Dielectric{.eta = 1.5f, .alpha = alpha}));
+    if (mirror) b.quadric(Sphere{{1.4f, 0.2f, -1.4f}, 0.2f}, b.material(Conductor{.ideal = true}));
     b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {32, 32});
     SceneContext stage(b.finish(), {32, 32}, 1);
     std::string text;
@@ -54,6 +55,11 @@ TEST(LightOutOfReach, IsToldOfFrostedGlassThatIsNearlySmooth) {
   for (const char* method : {"path", "guided", "irradiance-cache", "hash-cache"}) {
     EXPECT_NE(told(0.003f, method).find("cppm brings it"), std::string::npos) << method;
     EXPECT_EQ(told(0.5f, method), "") << method;
+  }
+  // A mirror gives caches a caustic map, which takes no photons from frosted glass.
+  for (const char* cache : {"irradiance-cache", "radiance-cache", "hash-cache"}) {
+    EXPECT_NE(told(0.003f, cache, true).find("no photons from frosted glass"), std::string::npos) << cache;
+    EXPECT_EQ(told(0.5f, cache, true), "") << cache;
   }
 }
 

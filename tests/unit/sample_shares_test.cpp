@@ -53,6 +53,31 @@ TEST(SampleShares, PixelsOfAGradientTakeOne) {
   for (std::size_t i = 0; i < pixels; ++i) EXPECT_EQ(shares.range(i).count, 1u);
 }
 
+// One sample of each pixel cannot tell a gradient from scatter: the sequence goes on until there are two.
+TEST(SampleShares, BegunWithOneStayInOneSequenceWhereLightIsSmooth) {
+  SampleShares shares(resolution, 2);
+  shares.begin_with_one();
+  for (std::uint32_t iteration = 0; iteration < 5; ++iteration) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      EXPECT_EQ(shares.range(i).begin, iteration);
+      EXPECT_EQ(shares.range(i).count, 1u);
+      shares.add(i, 1 + static_cast<float>(i % 16));
+    }
+    shares.end_iteration();
+  }
+}
+
+TEST(SampleShares, BegunWithOneTakeMoreWhereLightIsNot) {
+  SampleShares shares(resolution, 2);
+  shares.begin_with_one();
+  Sampler sampler(SamplerKind::independent, 4, Stream::test, 0, 0);
+  for (std::uint32_t iteration = 0; iteration < 2; ++iteration) {
+    for (std::size_t i = 0; i < pixels; ++i) shares.add(i, 1 + sampler.get_1d());
+    shares.end_iteration();
+  }
+  for (std::size_t i = 0; i < pixels; ++i) EXPECT_EQ(shares.range(i).count, 3u);
+}
+
 TEST(SampleShares, StayInOneSequenceWherePixelsScatterAlike) {
   SampleShares shares(resolution, 2);
   Sampler sampler(SamplerKind::independent, 4, Stream::test, 0, 0);

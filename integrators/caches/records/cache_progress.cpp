@@ -87,11 +87,12 @@ bool CacheProgress::asks(std::uint64_t pixel, std::uint32_t iteration) const {
 }
 
 void CachedLight::begin(std::uint32_t iteration, double weight) {
-  if (!signed_.empty()) weight = 1;  // a filter's weights have a sum of one or more over a pixel's first samples, all alike
   weights_before_ += weight_;
-  shared_ = weight_ > 0 && weight > 0 ? math::pow(std::min(weight_ / weight, 1.0), forgetting_) : 1;
+  shared_ = asked_weight_ > 0 && weight > 0 ? math::pow(std::min(asked_weight_ / weight, 1.0), forgetting_) : 1;
   iteration_ = iteration;
-  weight_ = weight;
+  asked_weight_ = weight;
+  // A filter's weights have a sum of one or more over a pixel's first samples if all count alike.
+  weight_ = signed_.empty() ? weight : 1;
 }
 
 // The film averages equally, so it is given what makes its mean the weighted one.
@@ -107,14 +108,14 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
   const double t = iteration_ + 1.0;
   if (!scatter_.empty()) {
     Scatter& scatter = scatter_[i];
-    const double step = luminance(sampled + cached) - scatter.mean;
+    const double value = weight != 0 ? luminance(sampled + cached) / weight : 0, step = value - scatter.mean;
     scatter.mean += step / t;
-    scatter.squares += step * (luminance(sampled + cached) - scatter.mean);
-    const double noise = weight_ * error.noise;
+    scatter.squares += step * (value - scatter.mean);
+    const double noise = weight_ * weight * error.noise;
     scatter.noise *= shared_;
     scatter.noise_squares += noise * (2 * scatter.noise + noise);
     scatter.noise += noise;
-    scatter.bias += weight_ * error.bias;
+    scatter.bias += weight_ * weight * error.bias;
   }
   if (!signed_.empty()) {
     sum += dvec3(sampled) + dvec3(cached);
@@ -130,11 +131,17 @@ void CachedLight::add(Film& film, ivec2 pixel, const Rgb& sampled, const Rgb& ca
 Image CachedLight::standard_error() const {
   CHECK_EQ(scatter_.size(), sums_.size());  // kept only under RenderContext::states_error
   Image image(resolution_);
-  const double n = iteration_ + 1.0, weights = weights_before_ + weight_;
-  if (!(weights > 0)) return image;
+  const double n = iteration_ + 1.0;
   for (std::size_t i = 0; i < scatter_.size(); ++i) {
-    const double of_mean = n > 1 ? scatter_[i].squares / (n * (n - 1)) : 0, bias = scatter_[i].bias / weights;
-    image.pixels[i] = dvec3(std::sqrt(of_mean + scatter_[i].noise_squares / (weights * weights) + bias * bias));
+    const Scatter& scatter = scatter_[i];
+    // A signed filter's pixel is sum(w y) / sum(w), w = 1 or -1, of which the y scatter about it as they do about their mean,
+    // and by its distance from that.
+    const double weights = signed_.empty() ? weights_before_ + weight_ : signed_[i], count = signed_.empty() ? n : signed_[i];
+    if (!(weights > 0)) continue;
+    const double off = signed_.empty() ? 0 : luminance(Rgb(sums_[i] / weights)) - scatter.mean;
+    const double of_mean = n > 1 ? (scatter.squares + n * off * off) * n / (n - 1) / (count * count) : 0;
+    const double bias = scatter.bias / weights;
+    image.pixels[i] = dvec3(std::sqrt(of_mean + scatter.noise_squares / (weights * weights) + bias * bias));
   }
   return image;
 }

@@ -125,6 +125,7 @@ class CachedLight {
   std::vector<Scatter> scatter_;
   std::uint32_t iteration_ = 0;
   double weight_ = 0, weights_before_ = 0;  // of this iteration; sum of those before it
+  double asked_weight_ = 0;                 // which begin() was given
   double shared_ = 1;                       // correlation of this iteration's answers with those of the last one
 };
 
