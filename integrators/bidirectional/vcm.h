@@ -13,7 +13,7 @@
 // light through delta lobes, seen through delta lobes; from an area light it finds such paths only by chance.
 //
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
-// memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
+// memory ([Knaus2011]); r_1 is at most a fiftieth of the scene's diagonal, and the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
 // pass: by default the fourth where light can reach specular surfaces, whose caustics merges find best, and among 128 or more
 // lights that are apart, of which a connection asks one and a merge finds those whose light arrives; and the first where only
 // narrow rough lobes may throw caustics, of lights that no ray can meet. Elsewhere nothing is merged unless it is asked

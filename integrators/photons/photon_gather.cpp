@@ -155,6 +155,12 @@ Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point,
 
 PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const GatherPoint& at) const {
   if (photons_.empty()) return {};
+  const bool ends_at_walls = options_.edges == Edges::visible || (options_.edges == Edges::hull && !at.of_caustics());
+  if (at.transmits() && options_.side_test && ends_at_walls) {
+    Estimate near = measure(context, at.of_side(false));  // walls stand on either side of a sheet for themselves
+    near.radiance += measure(context, at.of_side(true)).radiance;
+    return near;
+  }
   static thread_local Neighbours neighbours;
   // Fewer than k in all: those within the radius, which need not be brought into order.
   const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();

@@ -82,6 +82,7 @@ class GatherPoint {
   const vec3& normal() const { return normal_; }  // geometric, on the side that is gathered at: that of wo, but for of_side
   // The same point of a surface that lets light through, for the photons of one side: that of wo or the other.
   GatherPoint of_side(bool behind) const;
+  bool transmits() const { return transmits_; }
   bool is_behind() const { return is_behind_; }
   bool of_caustics() const { return histories_ == photon_caustic; }  // alone, which hulls are not for (kernel_domain.h)
   bool of_tails() const { return tail_density_ < infinity; }

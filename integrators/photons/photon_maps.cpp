@@ -56,7 +56,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   const auto timed = context.phases.measure("pilot");
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
   pass.emission = PhotonEmission::power;
-  build(context, global_, trace(context, pass), Edges::disc);
+  build(context, global_, trace(context, pass), Edges::disc, params_.radius);
   const float wanted = 0.007f * glm::length(context.scene.bounds().diagonal());
   if (!(wanted > 0)) return fewest_photons;
   const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
@@ -119,9 +119,10 @@ Photons PhotonMaps::trace(const RenderContext& context, const PhotonPass& pass) 
   return trace_photons(context, *rough_materials_, pass);
 }
 
-void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share, bool widen) {
+void PhotonMaps::build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float radius, float share,
+                       bool widen) {
   map.build(std::move(photons), context.make_points(params_.structure),
-            {params_.k, params_.radius, params_.kernel, params_.side_test, largest_radius_, edges, share, wide_radius_, widen});
+            {params_.k, radius, params_.kernel, params_.side_test, largest_radius_, edges, share, wide_radius_, widen});
   if (!params_.side_test) return;
   walls_ = wall_grid(context.scene, map.radius(), walls_);
   map.set_walls(walls_);
@@ -144,7 +145,7 @@ void PhotonMaps::trace_global(RenderContext& context, std::uint32_t pass, float 
   irradiance_.reset();
   {
     const auto timed = context.phases.measure("build");
-    build(context, global_, std::move(photons), global_edges_);
+    build(context, global_, std::move(photons), global_edges_, params_.radius);
   }
   if (gathers) precompute(context, pass_for(photons_wanted, hash_keys(0, pass, 1)));
 }
@@ -163,6 +164,24 @@ void PhotonMaps::precompute(const RenderContext& context, PhotonPass pass) {
   irradiance_ = std::make_unique<PhotonIrradiance>(global_, sample_points, context.make_points(params_.structure));
 }
 
+// How far from photons the nearest fifth of those of earlier iterations is, in the median: one photon alone tells nothing of
+// how wide the caustic is that it is part of, and a few that belong to several tell of the way between them. 0: not known.
+float PhotonMaps::radius_of_few(const std::vector<vec3>& positions) {
+  constexpr std::size_t most = 256;
+  std::vector<float> distances, to_earlier;
+  for (const vec3& p : positions) {
+    if (earlier_.empty()) break;
+    to_earlier.clear();
+    for (const vec3& q : earlier_) to_earlier.push_back(glm::length(p - q));
+    const auto fifth = to_earlier.begin() + static_cast<std::ptrdiff_t>((to_earlier.size() - 1) / 5);
+    std::nth_element(to_earlier.begin(), fifth, to_earlier.end());
+    distances.push_back(*fifth);
+  }
+  earlier_.insert(earlier_.end(), positions.begin(), positions.end());
+  if (earlier_.size() > most) earlier_.erase(earlier_.begin(), earlier_.end() - most);
+  return distances.empty() ? 0 : median(distances);
+}
+
 void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {
   if (!separate_caustics_) return;
   if (use_.new_caustics && params_.caustic_photons == 0) {
@@ -175,7 +194,9 @@ void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, floa
   Photons photons =
       trace(context, pass_of(caustics_traced_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
-  build(context, caustic_, std::move(photons), params_.edges, share, use_.new_caustics);
+  const bool few = use_.new_caustics && params_.radius == 0 && photons.size() < static_cast<std::size_t>(params_.k);
+  const float radius = few ? radius_of_few(photons.position) : params_.radius;
+  build(context, caustic_, std::move(photons), params_.edges, radius, share, use_.new_caustics);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

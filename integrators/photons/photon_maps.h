@@ -129,7 +129,9 @@ class PhotonMaps {
   void mark_seen(const RenderContext& context);
   PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
   Photons trace(const RenderContext& context, const PhotonPass& pass) const;
-  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float share = 1, bool widen = false);
+  float radius_of_few(const std::vector<vec3>& positions);
+  void build(const RenderContext& context, PhotonMap& map, Photons photons, Edges edges, float radius, float share = 1,
+             bool widen = false);
 
   PhotonMapsParams params_;
   PhotonMapsUse use_;
@@ -141,6 +143,7 @@ class PhotonMaps {
   bool holds_caustics_ = false;  // the global map, to be seen directly
   Edges global_edges_ = Edges::disc;
   float wide_radius_ = 1;
+  std::vector<vec3> earlier_;  // where caustic photons of earlier iterations landed, as long as these are few
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
   std::unique_ptr<RoughMaterials> rough_materials_;
   PhotonMap global_, caustic_;

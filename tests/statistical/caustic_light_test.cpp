@@ -3,6 +3,7 @@
 #include "experiments/run/closed_form.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/counters.h"
+#include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
 #include "tests/image_checks.h"
 
@@ -54,6 +55,25 @@ TEST(CausticLight, SeenBySpecularSurfacesIsThatOfTheClosedForm) {
                               "builtin:veiled-lamp?seen=through,radius=0.3", "builtin:glossy-furnace?alpha=0.05",
                               "builtin:glossy-furnace?alpha=0.5"})
       expect_exact_mean(scene, method, 4, 0.015);
+  }
+}
+
+// A ball on so wide a field that three of four maps have no photon of it, and most others one: earlier maps tell how wide its
+// light is. Where one photon alone was spread over a fiftieth of the scene, the spot had a hundredth of its light or a quarter.
+TEST(CausticLight, OfASmallBallStaysUnderIt) {
+  SceneBuilder b("ball on a field");
+  b.mesh(quad({-95, 0, 95}, {95, 0, 95}, {95, 0, -95}, {-95, 0, -95}), b.material(Diffuse{Rgb(0.5f)}));
+  b.quadric(Sphere{{0, 0.6f, 0}, 0.5f}, b.material(Dielectric{.eta = 1}));
+  b.light(DirectionalLight{{0, -1, 0}, Rgb(1)});
+  b.camera({0, 3, 3}, {0, 0, 0}, 6, {8, 8});  // sees 0.45 m of the field, beneath the ball
+  const Scene scene = b.finish();
+  for (const char* sampler : {"sobol", "independent"}) {
+    RenderOptions options = options_for("irradiance-cache", 400, "on");
+    options.params["caustic_photons"] = {std::int64_t{20000}, {}};
+    options.params["sampler"] = {std::string(sampler), {}};
+    options.resolution = {8, 8};
+    const double seen = testing::block_means(render(scene, "irradiance-cache", options).image, 8).front().y;
+    EXPECT_NEAR(seen / (0.5 / pi), 1, 0.3) << sampler;
   }
 }
 
