@@ -27,6 +27,28 @@ void expect_exact_mean(const char* scene_name, const char* integrator, std::uint
   EXPECT_LT(7.1 * b.deviation, 0.05) << scene_name << " " << integrator << ": too noisy to tell anything";
 }
 
+// Nearly all light paths stay in a shut ball of metal. As far apart as those in view are, merges would reach beyond the room.
+TEST(Vcm, MergesNoWiderThanTheSceneWhereHardlyAnyLightPathIsSeen) {
+  SceneBuilder b("shut lamp");
+  MeshData room = box({-1, 0, -1}, {1, 2, 1});
+  for (uvec3& triangle : room.triangles) std::swap(triangle.y, triangle.z);  // seen from inside
+  b.mesh(room, b.material(Diffuse{Rgb(0.5f)}));
+  const auto metal = b.material(Conductor{.ideal = true});
+  b.quadric(Sphere{{0.5f, 0.3f, 0}, 0.2f}, metal);
+  b.quadric(Sphere{{-0.6f, 1.7f, -0.6f}, 0.1f}, metal);
+  b.light(PointLight{{-0.6f, 1.7f, -0.6f}, Rgb(30)});
+  b.light(PointLight{{0, 1.6f, 0.3f}, Rgb(1)});
+  b.camera({0, 1, 0.95f}, {0, 0.7f, 0}, 70, {16, 16});
+  b.max_depth(2);
+  const Scene scene = b.finish();
+  RenderOptions options;
+  options.resolution = {16, 16};
+  options.iterations = 64;
+  const auto expected = testing::block_means(render(scene, "bdpt", options).image, 4);
+  const auto merged = testing::block_means(render(scene, "vcm", options).image, 4);
+  for (std::size_t i = 0; i < merged.size(); ++i) EXPECT_NEAR(merged[i].y / expected[i].y, 1, 0.1) << "block " << i;
+}
+
 TEST(Bidirectional, MatchesCausticsOfPointLightsSeenDirectly) {
   for (const char* scene : {"builtin:mirror", "builtin:water"}) expect_exact_mean(scene, "bdpt", 64, 2e-5);
 }
