@@ -18,7 +18,7 @@ enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;
-constexpr float largest_radius = 0.02f;  // of merges, over the scene's diagonal, where it is not given
+constexpr float largest_radius = 0.02f;  // of merges, over the scene's diagonal, where neither it nor neighbours is given
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
 // Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
@@ -113,8 +113,8 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   const auto k = static_cast<std::size_t>(neighbours);
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
   const float diagonal = glm::length(context.scene.bounds().diagonal());
-  // Where hardly any light path gets into view they are far apart, and as wide a merge would lose most of the light at walls.
-  return usual > 0 ? std::min(usual, largest_radius * diagonal) : 0.01f * diagonal;
+  const float largest = params_.neighbours > 0 ? infinity : largest_radius * diagonal;
+  return usual > 0 ? std::min(usual, largest) : 0.01f * diagonal;
 }
 
 void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {

@@ -13,16 +13,18 @@
 // light through delta lobes, seen through delta lobes; from an area light it finds such paths only by chance.
 //
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
-// memory ([Knaus2011]); r_1 is at most a fiftieth of the scene's diagonal, and the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
+// memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
 // pass: by default the fourth where light can reach specular surfaces, whose caustics merges find best, and among 128 or more
 // lights that are apart, of which a connection asks one and a merge finds those whose light arrives; and the first where only
-// narrow rough lobes may throw caustics, of lights that no ray can meet. Elsewhere nothing is merged unless it is asked
-// for: the other strategies bring the same light with less noise, in less time and without a blur (experiments/ledger.toml),
-// and vcm is bdpt. There is one radius for the whole image, since weights along light paths depend on it. Hence discs cannot
-// end at walls that hide a brighter part of the same floor, as those of progressive photon mapping do; instead each merge is
-// tested by a shadow ray (`wall_test`) and does not count if something is in the way. The weights, which assume whole discs,
-// stay as they are: the light lost at walls is of the order of r, as at all borders of a surface, and vanishes with it. There
-// is no side test: merges across a corner make up for what is lost beyond it, and a BSDF rejects light from behind.
+// narrow rough lobes may throw caustics, of lights that no ray can meet. By default r_1 is at most a fiftieth of the scene's
+// diagonal: where hardly any light path gets into view, as wide a merge as they are apart would lose most of the light at
+// walls. Elsewhere nothing is merged unless it is asked for: the other strategies bring the same light with less noise, in less
+// time and without a blur (experiments/ledger.toml), and vcm is bdpt. There is one radius for the whole image, since weights
+// along light paths depend on it. Hence discs cannot end at walls that hide a brighter part of the same floor, as those of
+// progressive photon mapping do; instead each merge is tested by a shadow ray (`wall_test`) and does not count if something is
+// in the way. The weights, which assume whole discs, stay as they are: the light lost at walls is of the order of r, as at all
+// borders of a surface, and vanishes with it. There is no side test: merges across a corner make up for what is lost beyond it,
+// and a BSDF rejects light from behind.
 //
 // Merges that share a camera path are not independent. Weights that account for this (mis = "correlation-aware") are those of
 // integrators/bidirectional/vcm_correlation.h, the same but for these factors.

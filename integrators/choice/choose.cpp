@@ -21,7 +21,7 @@ constexpr double certain = 10;         // so much more noise than all else, wher
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
 constexpr double entirely_even = 1.05;  // contrast of light that ends at borders alone
 constexpr double noisy_direct = 3;      // noise of direct light, sampled at lights, over that of paths, which meet them as well
-constexpr double long_time = 4000;      // rays a pixel after which what radii lose at borders is more than bdpt's noise
+constexpr double long_time = 2500;      // rays a pixel after which what radii lose at borders is more than bdpt's noise
 constexpr double much_direct = 0.6;     // of the light: there is little to share,
 constexpr double all_direct_noise = 0.8;  // if this share of what paths leave is the noise of direct light
 constexpr double little_noise = 0.2;      // of a path, below which records' own error outweighs it

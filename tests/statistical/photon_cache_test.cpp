@@ -78,7 +78,7 @@ std::uint64_t photons_emitted() { return read_counters()[static_cast<std::size_t
 // The map grows from the pilot's photons on.
 TEST(PhotonCache, AMapThatGrowsHasTheSameBitsAtAnyThreadCount) {
   const Scene scene = load_scene("builtin:lambert-sphere");
-  RenderOptions options = options_for(8, {{"photons", std::int64_t{0}}, {"samples", std::int64_t{16}}});
+  RenderOptions options = options_for(24, {{"photons", std::int64_t{0}}, {"samples", std::int64_t{16}}});
   options.resolution = {24, 24};
   reset_counters();
   render(scene, "photon-cache", options);
