@@ -77,6 +77,7 @@ std::string Console::coloured(const std::string& text, const char* code) const {
 
 void Console::line(const std::string& text) {
   clear_status();
+  std::fflush(stdout);  // both may go to one file
   std::fprintf(stderr, "%s\n", text.c_str());
 }
 

@@ -112,8 +112,10 @@ int run_command(const RunCommand& command) {
   console.clear_status();
   fmt::print("{}", wrapped(summary.table, 100));  // the prose: tables are no wider
   print_files(summary.report_files, console);
-  console.line(fmt::format("{} done, {} failed, {} done before; {}", counted(summary.done, "cell"), summary.failed,
-                           summary.skipped, plan.directory));
+  const std::string cells = plan.cells.empty() ? ""
+                                               : fmt::format("{} done, {} failed, {} done before; ",
+                                                             counted(summary.done, "cell"), summary.failed, summary.skipped);
+  console.line(cells + plan.directory);
   if (summary.disagreements > 0) console.warning(fmt::format("{} answers of structures are wrong", summary.disagreements));
   for (const std::string& note : summary.notes) console.warning(note);
   for (const std::string& finding : summary.findings) console.warning(finding);

@@ -36,6 +36,18 @@ Location location(const std::string& file, const toml::source_region& region) {
   return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }
 
+// Each part of a key is a table in the one before it, and all that reads or frees them calls itself as often.
+constexpr int most_parts = 256;
+
+void refuse_long_keys(std::string_view text, const std::string& path) {
+  int line = 1, parts = 1;
+  for (const char c : text) {
+    line += c == '\n' ? 1 : 0;
+    parts = c == '.' ? parts + 1 : std::string_view("\n,=[]{}#").find(c) != std::string_view::npos ? 1 : parts;
+    if (parts > most_parts) throw Error(Location{path, line, 1}, fmt::format("a key has more than {} parts", most_parts));
+  }
+}
+
 ConfigNode convert(const toml::node& node, const std::string& file) {
   ConfigNode result;
   result.where = location(file, node.source());
@@ -131,6 +143,7 @@ const char* type_name(const ConfigNode& node) {
 }
 
 ConfigNode parse_config(std::string_view text, const std::string& path) {
+  refuse_long_keys(text, path);
   const auto parse = [&] {
     try {
       return toml::parse(text, std::string_view(path));
@@ -155,6 +168,7 @@ void apply_override(ConfigNode& root, const std::string& assignment) {
   const Location origin{"-o " + assignment};
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) throw Error(origin, "expected key=value, such as budget.time=5s");
+  refuse_long_keys(assignment, origin.file.substr(0, 40));
   ConfigNode* node = &root;
   for (const std::string& part : split(assignment.substr(0, equals), ".")) {
     if (part.empty()) throw Error(origin, "empty part in the key; expected names separated by single dots");

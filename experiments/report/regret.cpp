@@ -41,9 +41,10 @@ std::string choices_of(const Configuration& configuration) {
   return joined(choices, "; ");
 }
 
-// A scene at a time.
+// A scene at a time, on one structure: rays that take longer on another are no fault of a choice of method.
 struct Contest {
   const SceneData* scene;
+  std::string accel;
   double share, time_s;
   std::map<const Configuration*, double> errors = {};  // of those that have an image by then
   const Configuration* best = nullptr;                 // among those that stand for themselves
@@ -56,12 +57,19 @@ struct Contest {
   }
 };
 
+std::vector<std::string> structures_of(const SceneData& scene) {
+  std::vector<std::string> names;
+  for (const Configuration& configuration : scene.configurations) index_in(names, configuration.accel);
+  return names;
+}
+
 std::vector<Contest> find_contests(const ReportData& data) {
   std::vector<Contest> contests;
-  for (const SceneData& scene : data.scenes)
+  const auto add = [&](const SceneData& scene, const std::string& accel) {
     for (const double share : time_shares) {
-      Contest contest{&scene, share, share * scene.common_time_s};
+      Contest contest{&scene, accel, share, share * scene.common_time_s};
       for (const Configuration& configuration : scene.configurations) {  // those that failed have no image
+        if (configuration.accel != accel) continue;
         const auto error = error_at(scene, configuration, data.main_metric(), contest.time_s);
         const bool choice = chooses_for(configuration, contest.time_s, scene.common_time_s);
         if (choice) contest.chosen = &configuration;
@@ -71,7 +79,14 @@ std::vector<Contest> find_contests(const ReportData& data) {
       }
       if (contest.chosen && contest.best) contests.push_back(std::move(contest));
     }
+  };
+  for (const SceneData& scene : data.scenes)
+    for (const std::string& accel : structures_of(scene)) add(scene, accel);
   return contests;
+}
+
+bool on_several_structures(const std::vector<Contest>& contests) {
+  return std::ranges::any_of(contests, [&](const Contest& c) { return c.accel != contests[0].accel; });
 }
 
 // Holds what one method loses over all contests; one without an image by then counts as an infinite regret.
@@ -94,7 +109,7 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
   for (const Contest& contest : contests)
     for (const Configuration& configuration : contest.scene->configurations) {
       const bool choice = &configuration == contest.chosen;
-      if (chooses(configuration) && !choice) continue;
+      if (configuration.accel != contest.accel || (chooses(configuration) && !choice)) continue;
       const std::string name = key_of(configuration);
       Loss& loss = find_or_add(losses, [&](const Loss& l) { return l.name == name; },
                                {name, choice ? name : label(data, configuration), choice});
@@ -110,6 +125,8 @@ std::vector<Loss> find_losses(const ReportData& data, const std::vector<Contest>
 Table contests_table(const ReportData& data, const std::vector<Contest>& contests) {
   TableOf<Contest> table("regret", "Error over the least of all methods, by scene and time", contests);
   table.column("scene", "scene", [](const Contest& c) { return c.scene->name; });
+  if (on_several_structures(contests))
+    table.column("accel", "structure", [](const Contest& c) { return NameCell(c.chosen->shown_accel, c.accel); });
   table.column("time_s", "at time", [](const Contest& c) { return TableCell(c.time_s, format_seconds); });
   table.column("best", "best", [](const Contest& c) { return NameCell(c.best->shown_integrator, c.best->integrator); });
   table.column("least_error", "its error", [](const Contest& c) { return c.errors.at(c.best); });
@@ -140,6 +157,7 @@ constexpr double most_drawn = 100;
 // A panel a time, a row a scene, a mark a method: where the choice fell, and in grey what it is among.
 Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Loss>& losses) {
   constexpr std::size_t blue = 0, black = 6;  // of the charts' palette
+  const bool several = on_several_structures(contests);
   Figure figure{.name = "regret", .title = "Error over the least of all methods"};
   for (const double share : time_shares) {
     Chart chart{.x = {"error over the least", Scale::log, Interval{0.5, most_drawn}}, .y = {"", Scale::linear}};
@@ -149,7 +167,7 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
       if (contest.share != share) continue;
       times = {std::min(times.low, contest.time_s), std::max(times.high, contest.time_s)};
       const auto row = static_cast<double>(chart.rows.size());
-      chart.rows.push_back(contest.scene->file_stem);
+      chart.rows.push_back(contest.scene->file_stem + (several ? ", " + contest.chosen->short_accel : ""));
       for (const auto& [configuration, error] : contest.errors)
         if (const auto regret = contest.regret(*configuration); regret && *regret <= most_drawn)
           series[key_of(*configuration)].points.emplace_back(*regret, row);

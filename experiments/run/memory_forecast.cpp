@@ -60,6 +60,13 @@ void refuse_over_memory(const std::string& what, const Scene& scene, const Scene
                           largest != nullptr && largest->bytes > 0 ? largest->leaner : "a smaller scene"));
 }
 
+void require_room_for_photons(const SceneNeeds& needs, const Method& integrator, ivec2 resolution) {
+  constexpr double certain = 0.5;  // forecasts are within a factor of two
+  const MethodMemory method = method_memory(integrator.name, integrator.params, needs, resolution);
+  require_memory(certain * method.photons, integrator.where,
+                 fmt::format("{}: {} photons", integrator.name, format_count(method.photon_count)), "fewer, or more memory");
+}
+
 void fail_over_memory(std::uint64_t iterations) {
   const std::uint64_t limit = memory_limit();
   if (limit == 0) return;

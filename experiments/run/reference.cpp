@@ -213,15 +213,17 @@ Floors floors_of_missed(const Image& image, double radiance) {
 }
 
 // Says what to do about estimators that disagree.
-std::string remedy(const EstimatorPair& pair, std::uint64_t samples) {
+std::string remedy(const ReferenceRequest& request, const EstimatorPair& pair, std::uint64_t samples) {
+  const std::string closed = request.scene.closed_form ? ", or \"auto\", which takes the scene's closed form" : "";
   if (pair.second_checks_only)
     return "only merging finds caustics that mirrors or glass show, of delta lights and of tiny lamps; expected reference = { "
            "file = \"...\" } "
-           "with an image made otherwise";
+           "with an image made otherwise" +
+           closed;
   return fmt::format(
       "one of them is wrong on this scene, unless reference = {{ samples = {} }} lets them agree; expected reference = "
-      "{{ file = \"...\" }} with an image made otherwise",
-      4 * samples);
+      "{{ file = \"...\" }} with an image made otherwise{}",
+      4 * samples, closed);
 }
 
 // Writes the reference that would do, as an experiment has it.
@@ -298,7 +300,7 @@ Reference render_reference(const ReferenceRequest& request, std::uint64_t sample
   Reference reference{std::move(rendered), {}};
   if (agreement.verdict == Agreement::Verdict::disagree)
     reference.failure = fmt::format("no reference of {}: {} and {} disagree ({}): {}", request.name, pair.first.label(),
-                                    pair.second.label(), remedy(pair, samples), agreement.text);
+                                    pair.second.label(), remedy(request, pair, samples), agreement.text);
   if (!told && request.observer)
     request.observer->warn(fmt::format(
         "the reference of {} is used, but unproven: {} samples per pixel are too few to tell whether {} and {} {}; expected "
@@ -349,6 +351,9 @@ Reference make_reference(const ReferenceRequest& request, const ReferenceCache& 
     lock.emplace(*path);
     if (auto cached = from_cache(request, cache)) return std::move(*cached);
   }
+  if (request.scene.closed_form && request.observer)
+    request.observer->narrate(
+        fmt::format("{}: a reference is rendered, as the experiment asks, although the scene has a closed form", request.name));
   // A cell has two images, and two estimators have sums, those of squares, and the largest values.
   if (const std::string refusal = refuse_for_memory(request, 8); !refusal.empty()) return {{}, refusal};
   Reference reference = render_reference(request, kind == Kind::samples ? request.choice.samples : default_reference_samples);

@@ -296,6 +296,7 @@ void require_room_for_image(const std::string& scene, ivec2 resolution, int copi
 CellResult run_cell(const CellTask& task) {
   refuse_over_memory(task.scene.name, task.scene, task.needs, task.accel, task.integrator, task.resolution);
   require_room_for_image(task.scene.name, task.resolution, 2);
+  require_room_for_photons(task.needs, task.integrator, task.resolution);
   CellResult result;
   with_threads(task.threads, [&] { result = CellRunner(task).run(); });
   return result;

@@ -68,7 +68,7 @@ NamedScene find_scene(std::span<const BuiltinScene> table, std::string_view pref
 
 Scene load_file(const std::string& path, const Location& where, const SceneReading& reading) {
   const std::string extension = extension_of(path);
-  if (!std::filesystem::exists(path)) {
+  if (std::error_code ignored; !std::filesystem::exists(path, ignored)) {
     std::vector<std::string> names;
     for (const BuiltinScene& scene : builtin_scenes()) names.push_back(scene.name);
     const std::vector<std::string> near = nearest_names(path.substr(0, path.find('?')), names, 1);

@@ -65,8 +65,8 @@ class Chooser {
 
   std::string out_of_reach(const std::string& method) const {
     if (!caustics_are_hard() && !caustics_are_unmet()) return "";
-    const bool noisy = found_.caustic_hits > 0 && !caustics_are_unmet();
-    return fmt::format("{}: {} leaves it {}; cppm brings it", caustics(), method, noisy ? "noisy" : "out");
+    const char* how = caustics_are_unmet() ? "out" : found_.caustic_hits > 0 ? "noisy" : "noisy, or out";
+    return fmt::format("{}: {} leaves it {}; cppm brings it", caustics(), method, how);
   }
 
  private:
@@ -116,7 +116,9 @@ class Chooser {
           format_percent(found_.unmet_caustics));
     return fmt::format("{} of the light on what is seen comes by way of specular surfaces, where {}",
                        format_percent(found_.caustic_light),
-                       found_.caustic_hits > 0 ? "paths seldom find it" : "paths do not find it");
+                       found_.caustic_hits > 0 ? "paths seldom find it"
+                       : caustics_are_unmet()  ? "paths do not find it"
+                                               : "none of a pilot's paths finds it");
   }
 
   MethodChoice for_caustics() const {

@@ -146,6 +146,10 @@ TEST(ExperimentConfig, SlipsAreErrorsAtTheirPlace) {
   expect_error(config_with("\"binned-sah\"", "\"binned\""), "x.toml:3:11", "did you mean 'binned-sah'");
   expect_error(config_with("name = \"photon-map\"", "nam = \"photon-map\""), "x.toml:9:1", "without a name");
   expect_error(config_with("title =", "title"), "x.toml:1:7", "not TOML");
+  std::string deep = "a";
+  for (int i = 0; i < 50000; ++i) deep += ".a";  // each part would be a table in the one before it
+  for (const std::string& text : {"\n" + deep + " = 1", "\nx = {" + deep + " = 1}", "\n[" + deep + "]"})
+    expect_error(text, "x.toml:2:1", "a key has more than 256 parts");
   expect_error(config_with("A question", "A\\u0000"), "x.toml:1:9", "U+0000");
   expect_error(config_with("1.5min", "1e300h"), "x.toml:5:19", "1e9 s at most");
 }

@@ -124,7 +124,8 @@ TEST(Mitsuba, FiltersAndCropsAreTheFilms) {
   EXPECT_ERROR(filter("type=\"gaussian\"><float name=\"stdev\" value=\"1\"/>"),
                "unknown property 'stdev'; did you mean 'stddev'");
   EXPECT_ERROR(film("<integer name=\"cropWidht\" value=\"20\"/>"), "unknown property 'cropWidht'; did you mean 'crop_width'");
-  EXPECT_EQ(film("<string name=\"pixel_format\" value=\"rgb\"/>").resolution, ivec2(200, 100)) << "others have no effect";
+  for (const char* name : {"pixel_format", "file_format", "fileFormat", "component_format", "componentFormat", "compensate"})
+    EXPECT_EQ(film("<string name=\"" + std::string(name) + "\" value=\"rgb\"/>").resolution, ivec2(200, 100)) << name;
   EXPECT_TRUE(warns(film("<string name=\"pixelFormat\" value=\"luminanceAlpha\"/>"), "here the image has colours"));
   const Scene cropped = film("<integer name=\"crop_offset_x\" value=\"50\"/><integer name=\"crop_width\" value=\"100\"/>");
   EXPECT_EQ(cropped.crop, (std::array<float, 4>{0.25f, 0.75f, 0, 1}));

@@ -53,6 +53,13 @@ TEST_F(MemoryForecasts, RefuseWhatTakesMoreThanIsAllowed) {
   EXPECT_EQ(run(limited).status, 2);
 }
 
+TEST_F(MemoryForecasts, RefusePhotonsThatNoMemoryHolds) {
+  const Outcome refused = run({"render", "builtin:cornell-box", "-i", "photon-map", "-p", "photons=2G", "--resolution", "8x8",
+                               "--spp", "1", "-o", "a.png"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_NE(refused.err.find("2 G photons"), std::string::npos) << refused.err;
+}
+
 TEST_F(MemoryForecasts, RefuseAnExperimentBeforeItBegins) {
   write_file("some.toml",
              "title = \"t\"\nscenes = [\"builtin:cornell-box\"]\nseeds = 1\nbudget = { samples = 1 }\nresolution = [8, 8]\n"

@@ -46,6 +46,20 @@ TEST(Regret, IsTheErrorOverTheLeastAtTheTimeThatWasChosenFor) {
   EXPECT_TRUE(well_formed(to_svg(report.figures[0].figures[0])));
 }
 
+// On a structure whose rays take longer a method errs more, chosen or not.
+TEST(Regret, ComparesMethodsOnOneStructure) {
+  RunLog log = log_with_choices();
+  for (const char* name : {"sppm", "auto"})
+    add_cells(log, "builtin:room", {.integrator = name, .accel = "octree", .variance = 10, .exponent = -2.0 / 3}, 3);
+  const KindReport report = regret_report(arrange(log));
+  const Table& contests = report.tables.at(0);
+  ASSERT_EQ(contests.rows.size(), 3u);
+  for (std::size_t row = 0; row < 3; ++row)
+    EXPECT_NEAR(std::stod(cell_of(contests, row, "regret")), cell_of(contests, row, "accel") == "octree" || row == 0 ? 1 : 2,
+                1e-6);
+  EXPECT_NE(report.answer.find("auto errs 1.00 times"), std::string::npos) << report.answer;
+}
+
 TEST(Regret, NamesEveryMethodThatASeedChose) {
   RunLog log = log_with_choices();
   log.cells.back().chosen = "path";

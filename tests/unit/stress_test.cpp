@@ -57,6 +57,13 @@ TEST(StressConfig, TrialsAreMethodsAndRemedies) {
   EXPECT_EQ(cells[3].name.key(), "builtin:thin-plate?thickness=0.2 | stress-03 | photon-map: side test | seed=1");
 }
 
+TEST(StressConfig, WhatIsMissingIsNamed) {
+  for (const char* key : {"id", "name", "failure", "source", "x", "scene"}) {
+    const std::string missing = config_error(replaced(stress_experiment, "\n" + std::string(key) + " =", "\nkey_less ="));
+    EXPECT_NE(missing.find("no " + std::string(key)), std::string::npos) << key << ": " << missing;
+  }
+}
+
 TEST(StressConfig, TheParameterMayBeAMethods) {
   const ExperimentConfig config =
       parse_experiment(replaced(stress_with("radius = 0.1", "radius = \"{x}\""), "thickness={x}", "thickness=0.1"), "x.toml");

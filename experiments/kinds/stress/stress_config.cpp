@@ -247,13 +247,14 @@ void read_rows_of_map(TableReader& row, const ConfigNode& node, StressHazard& ha
 
 StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
   TableReader row(node, "stress");
+  const std::string scene_text = row.needed_text("scene");  // GCC 12 frees the texts before an initialiser that throws twice
   StressHazard hazard{{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
                        .hazard = row.needed_text("name"),
                        .failure = row.needed_text("failure"),
                        .source = row.needed_text("source"),
                        .parameter = row.needed_text("x"),
                        .unit = ""},
-                      row.needed_text("scene")};
+                      scene_text};
   row.text("unit", hazard.unit);
   read_range(row, hazard);
   const ConfigNode *rows = row.find("rows"), &scene = row.need("scene");

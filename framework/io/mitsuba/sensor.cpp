@@ -181,7 +181,8 @@ void MitsubaReader::film(const Properties& sensor) {
     if (in_lower_case(of.string("pixel_format", "rgb")).starts_with("luminance"))
       warn(of.where("pixel_format"), "film: 'pixel_format' is luminance; here the image has colours");
     for (const XmlElement* element : of.objects({"rfilter"})) filter = filter_of(properties(*element));
-    of.finish_but_for_others();  // file formats and the like
+    of.ignore({"file_format", "component_format"});  // known names, however near others they are
+    of.finish_but_for_others();
   }
   scene_.filter = make_pixel_filter(filter);
 }
