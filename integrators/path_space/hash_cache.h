@@ -35,12 +35,12 @@
 //
 // Consistent: a cell blurs indirect light that is not linear within its size (and over normals that differ by some 20 degrees,
 // where it is larger than the radius of curvature), more where few paths come; this vanishes as cells shrink. Sampled light is
-// the mean over all samples of a pixel. What the cache adds is weighted by the number n of samples so far, since each lookup
-// rests on the paths of all of them, which weigh as much as the paths of 0.69 n to 0.78 n samples would if all weighed the
-// same: the larger cells of the first samples soon count for little. Rough lobes of any width are followed by path tracing, so
-// that a glossy surface has the noise of one bounce. Depth: values hold light of a bounded number of events, so that cells are
-// kept per depth where the limit is at most 16, shared where it is above (a path may then be too long by the events before the
-// lookup).
+// the mean over all samples of a pixel. What the cache adds is weighted by the number n of samples so far (alike, under a
+// pixel filter with negative parts), since each lookup rests on the paths of all of them, which weigh as much as the paths of
+// 0.69 n to 0.78 n samples would if all weighed the same: the larger cells of the first samples soon count for little. Rough
+// lobes of any width are followed by path tracing, so that a glossy surface has the noise of one bounce. Depth: values hold
+// light of a bounded number of events, so that cells are kept per depth where the limit is at most 16, shared where it is
+// above (a path may then be too long by the events before the lookup).
 #pragma once
 
 #include "integrators/photons/caustic_light.h"

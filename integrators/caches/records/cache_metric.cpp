@@ -74,7 +74,7 @@ ValidityRadius hessian_radius(const TangentMatrix& relative, const Frame& frame,
   const double least = std::max(1e-6 * size, static_cast<double>(context.min_spacing * context.pixel_width)) / context.accuracy;
   const auto radius = [&](double lambda) {
     const double r = calibration * size * math::pow(4 / (std::numbers::pi * std::abs(lambda) * size * size), 0.25);
-    return std::clamp(r, least, largest);
+    return std::clamp(r, least, std::max(least, largest));
   };
   const double narrow = radius(e.first), wide = std::min(radius(e.second), longest_ellipse * narrow);
   const vec3 axis = static_cast<float>(e.axis.x) * frame.tangent + static_cast<float>(e.axis.y) * frame.bitangent;
