@@ -88,9 +88,13 @@ Finding accuracy(const ReportData& data, const SceneData& scene) {
 }
 
 std::string lead_text(const ReportData& data, const SceneData& scene) {
+  constexpr double shortest = 1.5;  // end over begin: shorter leads are of no use, and may be the noise of a few seeds
   std::vector<std::string> parts;
   std::size_t leader = data.integrators.size();
-  for (const LeadInterval& lead : lead_intervals(scene, data.main_metric())) {
+  const std::vector<LeadInterval> leads = lead_intervals(scene, data.main_metric());
+  for (std::size_t i = 0; i < leads.size(); ++i) {
+    const LeadInterval& lead = leads[i];
+    if (i + 1 < leads.size() && leads[i + 1].begin_s < shortest * lead.begin_s) continue;
     const Configuration& configuration = scene.configurations[lead.configuration];
     if (configuration.integrator_index == leader) continue;  // another structure under the same method
     leader = configuration.integrator_index;
