@@ -4,7 +4,6 @@
 #include "experiments/command/console.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/log/json_line.h"
-#include "experiments/report/report_text.h"
 #include "experiments/run/memory_forecast.h"
 #include "framework/core/units.h"
 #include "framework/io/load_scene.h"
@@ -144,10 +143,13 @@ ForeseenMemory foresee_memory(const Scene& scene, const SceneNeeds& needs) {
 }
 
 std::string memory_lines(const ForeseenMemory& foreseen) {
-  const auto sum = [](const auto& of) { return fmt::format("{} {}", of.first, format_bytes(of.second)); };
-  std::string text = "memory (predicted, default settings)\n";
-  const std::string all = fmt::format("{}; in all: {}", foreseen.common.text(), joined(foreseen.methods, ", ", sum));
-  for (const std::string& line : broken_lines(all, 100)) text += "  " + line + "\n";
+  constexpr std::size_t columns = 3;
+  std::string text = fmt::format("memory (predicted, default settings)\n  {}; in all, with\n", foreseen.common.text());
+  for (std::size_t i = 0; i < foreseen.methods.size(); ++i) {
+    const auto& [method, bytes] = foreseen.methods[i];
+    const bool ends = i % columns == columns - 1 || i + 1 == foreseen.methods.size();
+    text += fmt::format("  {:<17}{:>10}{}", method, format_bytes(bytes), ends ? "\n" : "  ");
+  }
   return text;
 }
 
