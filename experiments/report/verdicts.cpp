@@ -334,6 +334,8 @@ Conclusions conclude(const ReportData& data) {
       add("Over time", lead_text(data, scene));
       add("Time to error", target_text(data, scene));
     }
+    if (scene.finished().empty() && !scene.configurations.empty() && !scene.configurations.front().failures.empty())
+      add("No cell finished", scene.configurations.front().failures.front()->error);
     add("Throughput", throughput_text(data, scene));
     add("Structures", structures_text(*data.log, scene.name));
     if (!found.findings.empty()) conclusions.scenes.push_back(std::move(found));

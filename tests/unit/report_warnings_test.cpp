@@ -138,5 +138,15 @@ TEST(Warnings, TimesOfDifferentInstructionSetsAreTold) {
   EXPECT_TRUE(told(log)) << "under the same name";
 }
 
+// A scene whose cells all failed is not left out of the findings.
+TEST(Findings, SayWhyNoCellOfASceneFinished) {
+  RunLog log = small_log();
+  add_failure(log, {"builtin:hall", "sah", "path", 1}, "no reference of builtin:hall");
+  const Conclusions conclusions = conclude(arrange(log));
+  ASSERT_EQ(conclusions.scenes.size(), 2u);
+  EXPECT_EQ(conclusions.scenes[1].scene, "builtin:hall");
+  EXPECT_EQ(conclusions.scenes[1].findings.at(0).text, "no reference of builtin:hall");
+}
+
 }  // namespace
 }  // namespace etendue
