@@ -36,15 +36,35 @@ Location location(const std::string& file, const toml::source_region& region) {
   return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }
 
-// Each part of a key is a table in the one before it, and all that reads or frees them calls itself as often.
-constexpr int most_parts = 256;
+// Each part of a key is a table in the one before it, and all that reads or frees them calls itself as often. Inline tables
+// nest to 256 at most, which is toml++'s own limit.
+constexpr int most_parts = 32;
 
-void refuse_long_keys(std::string_view text, const std::string& path) {
-  int line = 1, parts = 1;
-  for (const char c : text) {
-    line += c == '\n' ? 1 : 0;
-    parts = c == '.' ? parts + 1 : std::string_view("\n,=[]{}#").find(c) != std::string_view::npos ? 1 : parts;
-    if (parts > most_parts) throw Error(Location{path, line, 1}, fmt::format("a key has more than {} parts", most_parts));
+// Text in quotes, and comments, have dots of their own.
+void refuse_long_keys(std::string_view text, const Location& from) {
+  Location at = from;
+  int parts = 1;
+  char quote = 0;
+  bool in_comment = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') {
+      at.line += at.line > 0 ? 1 : 0;
+      parts = 1;
+      in_comment = false;
+    } else if (in_comment) {
+      continue;
+    } else if (quote != 0) {
+      i += c == '\\' && quote == '"' ? 1 : 0;
+      quote = c == quote ? 0 : quote;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '#') {
+      in_comment = true;
+    } else {
+      parts = c == '.' ? parts + 1 : std::string_view(",=[]{}").find(c) != std::string_view::npos ? 1 : parts;
+      if (parts > most_parts) throw Error(at, fmt::format("a key has more than {} parts", most_parts));
+    }
   }
 }
 
@@ -143,7 +163,7 @@ const char* type_name(const ConfigNode& node) {
 }
 
 ConfigNode parse_config(std::string_view text, const std::string& path) {
-  refuse_long_keys(text, path);
+  refuse_long_keys(text, {path, 1, 1});
   const auto parse = [&] {
     try {
       return toml::parse(text, std::string_view(path));
@@ -168,7 +188,7 @@ void apply_override(ConfigNode& root, const std::string& assignment) {
   const Location origin{"-o " + assignment};
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) throw Error(origin, "expected key=value, such as budget.time=5s");
-  refuse_long_keys(assignment, origin.file.substr(0, 40));
+  refuse_long_keys(assignment, Location{origin.file.substr(0, 40)});
   ConfigNode* node = &root;
   for (const std::string& part : split(assignment.substr(0, equals), ".")) {
     if (part.empty()) throw Error(origin, "empty part in the key; expected names separated by single dots");

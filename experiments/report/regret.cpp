@@ -41,7 +41,7 @@ std::string choices_of(const Configuration& configuration) {
   return joined(choices, "; ");
 }
 
-// A scene at a time, on one structure: rays that take longer on another are no fault of a choice of method.
+// Methods compete on a scene, at a time, on one structure: rays that take longer on another are no fault of a choice of method.
 struct Contest {
   const SceneData* scene;
   std::string accel;

@@ -89,18 +89,19 @@ Finding accuracy(const ReportData& data, const SceneData& scene) {
 
 std::string lead_text(const ReportData& data, const SceneData& scene) {
   constexpr double shortest = 1.5;  // end over begin: shorter leads are of no use, and may be the noise of a few seeds
-  std::vector<std::string> parts;
-  std::size_t leader = data.integrators.size();
-  const std::vector<LeadInterval> leads = lead_intervals(scene, data.main_metric());
-  for (std::size_t i = 0; i < leads.size(); ++i) {
-    const LeadInterval& lead = leads[i];
-    if (i + 1 < leads.size() && leads[i + 1].begin_s < shortest * lead.begin_s) continue;
-    const Configuration& configuration = scene.configurations[lead.configuration];
-    if (configuration.integrator_index == leader) continue;  // another structure under the same method
-    leader = configuration.integrator_index;
-    parts.push_back(fmt::format("{} from {}", configuration.short_integrator, format_seconds(lead.begin_s)));
-  }
-  return parts.size() < 2 ? std::string() : "Least error at each time: " + enumerate(parts, ", then ", 6) + ".";
+  std::vector<std::pair<const Configuration*, double>> leads;
+  const auto append = [&](const Configuration* leader, double begin_s) {
+    if (leads.empty() || leads.back().first->integrator_index != leader->integrator_index) leads.emplace_back(leader, begin_s);
+  };
+  for (const LeadInterval& lead : lead_intervals(scene, data.main_metric()))
+    append(&scene.configurations[lead.configuration], lead.begin_s);
+  const auto all = std::exchange(leads, {});
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (i + 1 == all.size() || all[i + 1].second >= shortest * all[i].second) append(all[i].first, all[i].second);
+  const auto text = [](const auto& lead) {
+    return fmt::format("{} from {}", lead.first->short_integrator, format_seconds(lead.second));
+  };
+  return leads.size() < 2 ? std::string() : "Least error over time: " + enumerate(mapped(leads, text), ", then ", 6) + ".";
 }
 
 // Each integrator stands on its best structure.

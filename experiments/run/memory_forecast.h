@@ -40,10 +40,9 @@ MemoryForecast forecast_memory(const Scene& scene, const SceneNeeds& needs, cons
 // Throws Error where there is a limit and the forecast is beyond it. `what`: the cell, for the message.
 void refuse_over_memory(const std::string& what, const Scene& scene, const SceneNeeds& needs, const Method& accel,
                         const Method& integrator, ivec2 resolution);
-// Throws std::runtime_error where there is a limit and this process has been beyond it, after so many iterations of a cell.
-// Throws Error where a method's photons would take more than the memory that is free, whether a limit was set or not.
+// Throws Error where a method's photons would surely take more than the memory that is free, whether a limit was set or not.
 void require_room_for_photons(const SceneNeeds& needs, const Method& integrator, ivec2 resolution);
-
+// Throws std::runtime_error where there is a limit and this process has been beyond it, after so many iterations of a cell.
 void fail_over_memory(std::uint64_t iterations);
 
 }  // namespace etendue

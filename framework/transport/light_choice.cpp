@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 namespace etendue {
 
@@ -210,6 +211,19 @@ void LightSampler::build_tree() {
   std::vector<LightTree::Emitter> finite;
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) finite.push_back(as_emitter(i));
   tree_ = LightTree(finite);
+}
+
+std::size_t LightSampler::lamps() const {
+  std::set<const Shape*> shapes;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < power_.probability.size(); ++i) {
+    if (is_infinite(scene_.lights[i]) || !(power_.probability[i] > 0)) continue;
+    if (const auto* light = std::get_if<AreaLight>(&scene_.lights[i]))
+      shapes.insert(&scene_.objects[0].shape(light->primitive));
+    else
+      ++others;
+  }
+  return shapes.size() + others;
 }
 
 double LightSampler::spread() const {

@@ -77,8 +77,8 @@ class LightSampler {
   LightChoice choice() const { return choice_; }
   bool only_even() const;  // there is light, and all of it comes from even environments
   bool any_delta() const { return any_delta_; }
-  std::size_t finite() const { return finite_; }  // number of lights of some power at finite places
-  double spread() const;                          // of their power about its centre, root mean square, over the scene's radius
+  std::size_t lamps() const;  // number of shapes, points and spots of some power
+  double spread() const;      // of their power about its centre, root mean square, over the scene's radius
 
   // All lights where all are flat, so few that lanes try them in turn, and none of so small a share of the power that sums of
   // single precision, or the steps of 2^-24 in which numbers are drawn, would blur it; else none. Beside them, the

@@ -188,10 +188,10 @@ IntegratorEntry entry(const char* name, const char* summary, Setting setting, do
 }  // namespace
 
 int neighbours_by_need(const RenderContext& context) {
-  constexpr std::size_t many_lights = 128;  // where merges and connections cost the same for the same error, about 100
-  constexpr double far_apart = 0.1;         // of the scene's radius: a bulb of many triangles is one light
+  constexpr std::size_t many_lamps = 128;  // at about 100 merges and connections cost the same for the same error
+  constexpr double far_apart = 0.1;        // of the scene's radius
   if (context.needs.caustic_map) return 4;
-  if (context.lights.finite() >= many_lights && context.lights.spread() > far_apart) return 4;
+  if (context.lights.lamps() >= many_lamps && context.lights.spread() > far_apart) return 4;
   const float narrow = PhotonMapsParams().carry_below;
   return context.lights.any_delta() && RoughMaterials(context.scene, narrow).narrow_lobes() ? 1 : 0;
 }

@@ -15,7 +15,7 @@
 // vcm is consistent: it samples those paths too, by merging, whose blur vanishes as the radius r_i does. r_i shrinks without
 // memory ([Knaus2011]); r_1 is the median over visible points of the distance to the `neighbours`-th light vertex of a pilot
 // pass: by default the fourth where light can reach specular surfaces, whose caustics merges find best, and among 128 or more
-// lights that are apart, of which a connection asks one and a merge finds those whose light arrives; and the first where only
+// lamps that stand apart, of which a connection asks one and a merge finds those whose light arrives; and the first where only
 // narrow rough lobes may throw caustics, of lights that no ray can meet. By default r_1 is at most a fiftieth of the scene's
 // diagonal: where hardly any light path gets into view, as wide a merge as they are apart would lose most of the light at
 // walls. Elsewhere nothing is merged unless it is asked for: the other strategies bring the same light with less noise, in less
@@ -86,7 +86,7 @@ void describe(Visitor& v, VcmParams& p) {
   v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 0, 1000000, "vertices",
             "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, and "
-            "among 128 lights and more, 1 where that of points, spots or directions can reach narrow rough lobes, and "
+            "among 128 lamps that stand apart, 1 where that of points, spots or directions can reach narrow rough lobes, and "
             "elsewhere, unless radius is given, no merges");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");

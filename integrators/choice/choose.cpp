@@ -82,8 +82,8 @@ class Chooser {
   double fill() const { return found_.records * rays_per_record / pixels_of(context_.resolution); }
 
   // Light that arrives by way of specular surfaces, and that paths from the camera meet too seldom to learn its brightness
-  // from. What falls on glossy surfaces does not tell where paths find any light: they follow the lobes that send light on
-  // to the camera.
+  // from. What falls on glossy surfaces tells only where paths never meet it and it is most of the light: they follow the
+  // lobes that send light on to the camera.
   bool caustics_are_hard() const {
     const double light = found_.caustic_light;
     const bool others_lead = found_.path_error > 0 && (found_.caustic_photons < fewest_caustics || light < mostly_caustic);
@@ -216,6 +216,7 @@ double usual_rays_per_path(const Scene& scene) {
     const Geometry& geometry = scene.objects[o].geometry;
     double area = 0;
     for (std::uint32_t i = 0; i < geometry.primitive_count(); ++i) {
+      if (!geometry.is_valid(i)) continue;
       const Bounds box = geometry.primitive_bounds(i);
       bounds[o].extend(box);
       area += box.half_area();

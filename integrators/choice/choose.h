@@ -20,7 +20,7 @@ inline constexpr double rays_per_second = 8e6, build_seconds = 4e-7;
 // nothing is stated, it is that of 64 iterations.
 double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, const PilotFindings& findings);
 
-// Rays of a path as far as can be told before any is traced: six, but as many fewer as surfaces are sparse. A line that meets
+// Before any ray is traced a path is taken to have six, or as many fewer as surfaces are sparse. A line that meets
 // the scene's bounds meets as many boxes of primitives, in the mean, as these have of its surface area ([Goldsmith1987]).
 double usual_rays_per_path(const Scene& scene);
 

@@ -270,8 +270,10 @@ float roulette_evenness(const RenderContext& context, const PathSettings& settin
 }
 
 bool is_smooth(const RenderContext& context, double deviation) {
-  const auto shows_others = [](const Material& m) { return has_specular(m); };
-  return std::ranges::none_of(context.scene.materials, shows_others) && !context.needs.masks &&
+  const auto is_diffuse = [](const Material& m) {
+    return std::holds_alternative<Diffuse>(m) || std::holds_alternative<DiffuseTransmission>(m);
+  };
+  return std::ranges::all_of(context.scene.materials, is_diffuse) && !context.needs.masks &&
          evenness_of(context, {.max_depth = 1}, true, 0) * deviation >= 1;
 }
 

@@ -25,8 +25,8 @@ MisChoice choose_mis(const RenderContext& context);
 float roulette_evenness(const RenderContext& context, const PathSettings& settings);
 constexpr float least_evenness = 4;
 
-// Do pixels hardly scatter, by less than this relative deviation, as far as a few pixels and direct light tell? Not asked where
-// there are specular surfaces, which show light of other places.
+// Do pixels hardly scatter, by less than this relative deviation, as far as a few pixels and direct light tell? They do not
+// tell where surfaces show light of other places, as all do that are not diffuse, or let rays through.
 bool is_smooth(const RenderContext& context, double deviation);
 
 }  // namespace etendue

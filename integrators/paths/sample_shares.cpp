@@ -10,6 +10,7 @@ namespace etendue {
 
 namespace {
 
+constexpr double smooth_outlines = 0.01;  // relative deviation below which one sample is enough where few pixels scatter
 constexpr double worth = 0.5;  // of the variance, above which sharing leaves so much that points in one sequence do better
 constexpr double dark = 0.25;  // of the image's mean: deviations of darker pixels are relative to this
 
@@ -91,7 +92,7 @@ void SampleShares::end_iteration() {
   ++iterations_;
   if (moments_.empty() || !std::has_single_bit(iterations_)) return;
   measure();
-  const bool seen_within = samples_ > next_.size();  // one sample of each pixel shows what it has beside its neighbours alone
+  const bool seen_within = samples_ > next_.size();  // after one a pixel only neighbours tell, which a gradient parts too
   if (extra_ > 0 && seen_within) choose_numbers();
   variance_ = iteration_variance();
 }
@@ -117,8 +118,9 @@ std::uint32_t SampleShares::wanted_of_each() const {
     squares += d * d;
     within += sample_variance(i);
   }
-  if (within < square(smooth) * pixels) return 1;
-  return square(sum) < worth * pixels * squares ? 0 : alike(extra_);
+  const bool shared = square(sum) < worth * pixels * squares;  // a few pixels scatter: outlines, in large images
+  if (within < square(shared ? smooth_outlines : smooth) * pixels) return 1;
+  return shared ? 0 : alike(extra_);
 }
 
 // Relative, by the scatter within the pixel; by that over neighbours as well while the pixel has had one sample.

@@ -195,7 +195,7 @@ void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, floa
       trace(context, pass_of(caustics_traced_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
   const bool few = use_.new_caustics && params_.radius == 0 && photons.size() < static_cast<std::size_t>(params_.k);
-  const float radius = few ? radius_of_few(photons.position) : params_.radius;
+  const float radius = few ? std::min({radius_of_few(photons.position), wide_radius_, largest_radius_}) : params_.radius;
   build(context, caustic_, std::move(photons), params_.edges, radius, share, use_.new_caustics);
 }
 

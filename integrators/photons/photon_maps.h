@@ -100,7 +100,8 @@ class PhotonMaps {
 
   // Finds where photons matter; traces nothing yet.
   void prepare(const RenderContext& context, const PhotonMapsUse& use);
-  // Maps of different passes are independent. `share`: of the photons; where the pilot had as many, its map stays.
+  // Maps of different passes are independent, but for the radius of a caustic map of fewer than k photons, which goes by where
+  // those of earlier passes landed. `share`: of the photons; where the pilot had as many, its map stays.
   void trace_global(RenderContext& context, std::uint32_t pass, float share = 1);
   // Nothing where there is no caustic map. `share`: of the disc that the k nearest photons reach, which alone counts.
   void trace_caustics(RenderContext& context, std::uint32_t pass, float share = 1);
@@ -143,7 +144,7 @@ class PhotonMaps {
   bool holds_caustics_ = false;  // the global map, to be seen directly
   Edges global_edges_ = Edges::disc;
   float wide_radius_ = 1;
-  std::vector<vec3> earlier_;  // where caustic photons of earlier iterations landed, as long as these are few
+  std::vector<vec3> earlier_;               // where caustic photons of earlier iterations landed, as long as these are few
   PhotonHistory global_seen_ = photon_any;  // histories the global map answers for where it is seen directly
   std::unique_ptr<RoughMaterials> rough_materials_;
   PhotonMap global_, caustic_;

@@ -16,7 +16,6 @@ namespace etendue {
 
 namespace {
 
-constexpr float narrow_lobes = 0.25f;  // GGX alpha: as PhotonMapsParams::carry_below by default
 constexpr int path_groups = 8, paths_a_group = 2, vertex_samples = 8;
 constexpr std::uint32_t photon_paths = 16384;
 constexpr const char* point_structure = "kd-tree";
@@ -83,9 +82,9 @@ struct Seen {
 
 class Vertices {
  public:
-  Vertices(const RenderContext& small, ivec2 real_resolution)
+  Vertices(const RenderContext& small, ivec2 real_resolution, float narrow)
       : small_(small),
-        rough_(small.scene, narrow_lobes, LobeTails::followed, gathers_coats(small)),
+        rough_(small.scene, narrow, LobeTails::followed, gathers_coats(small)),
         groups_(vertex_samples, Image(small.resolution)) {
     seen_.resize(groups_[0].pixels.size());
     const Camera& camera = small.scene.camera;
@@ -357,7 +356,7 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
 
 }  // namespace
 
-PilotFindings run_pilot(const RenderContext& context) {
+PilotFindings run_pilot(const RenderContext& context, float narrow) {
   const auto timed = context.phases.measure("pilot");
   const double before = rays_so_far();
   RenderContext small = context;
@@ -367,7 +366,7 @@ PilotFindings run_pilot(const RenderContext& context) {
   PilotFindings findings;
   look_at_paths(small, findings);
   small.choose_lights_by(LightChoice::by_need);  // paths may have left some to their BSDF samples
-  Vertices vertices(small, context.resolution);
+  Vertices vertices(small, context.resolution, narrow);
   vertices.look(findings, context.resolution);
   look_at_photons(small, vertices, findings);
   findings.rays = rays_so_far() - before;

@@ -48,7 +48,8 @@ struct PilotFindings {
   double rays = 0;     // that the pilot took
 };
 
-// `context` is that of the real image. Time goes to the phase "pilot".
-PilotFindings run_pilot(const RenderContext& context);
+// `context` is that of the real image. Time goes to the phase "pilot". `narrow`: photons follow lobes of less GGX alpha, as by
+// default those of all photon methods do; 0: delta lobes alone.
+PilotFindings run_pilot(const RenderContext& context, float narrow = 0.25f);
 
 }  // namespace etendue

@@ -44,6 +44,12 @@ bool hides_caustics(const PilotFindings& found) {
          (found.caustic_hits == 0 || found.unmet_caustics >= least_caustic_light);
 }
 
+// The share of all light that comes by way of frosted glass that is nearly smooth: what fewer photons bring as caustics where
+// they follow delta lobes alone.
+double frosted_caustics(const RenderContext& context, const PilotFindings& found) {
+  return has_nearly_smooth_glass(context.scene) ? found.caustic_light - run_pilot(context, 0).caustic_light : 0;
+}
+
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
@@ -73,9 +79,9 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
     if (method == "bdpt" && hides_caustics(found))
       return fmt::format("{}: caustics that are seen by way of specular surfaces are left out, or noise; vcm brings them",
                          method);
-    const bool leaves_frosted = method != "bdpt" && has_nearly_smooth_glass(context.scene);
-    const std::string caustics = leaves_frosted ? caustics_out_of_reach(context, found, method) : "";
-    if (!caustics.empty()) return caustics + " (a caustic map takes no photons from frosted glass)";
+    if (method != "bdpt" && frosted_caustics(context, found) >= least_caustic_light)
+      if (const std::string caustics = caustics_out_of_reach(context, found, method); !caustics.empty())
+        return caustics + " (a caustic map takes no photons from frosted glass)";
     if (context.lights.empty() || found.photons_seen > 0 || !(found.path_error > 0) || !has_distant_light(context)) return "";
     return fmt::format(
         "{}: no photon of a pilot lands where the camera sees it: light that comes by way of specular surfaces is noise, or "

@@ -1,9 +1,11 @@
 // Vertex connection and merging against closed forms: paths that only merging finds among them.
+#include "integrators/bidirectional/vcm.h"
 #include "experiments/run/closed_form.h"
 #include "framework/scene/builder.h"
 #include "tests/block_agreement.h"
 #include "tests/faceted_ball.h"
 #include "tests/image_checks.h"
+#include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
 
@@ -25,6 +27,27 @@ void expect_exact_mean(const char* scene_name, const char* integrator, std::uint
   EXPECT_LT(std::abs(b.mean), 7.1 * b.deviation + allowed)
       << scene_name << " " << integrator << ": " << b.mean << " +- " << b.deviation;
   EXPECT_LT(7.1 * b.deviation, 0.05) << scene_name << " " << integrator << ": too noisy to tell anything";
+}
+
+// A bulb of many triangles is one lamp, and a hundred are few.
+TEST(Vcm, MergesAmongManyLampsThatStandApart) {
+  const auto merged = [](const Scene& scene) { return neighbours_by_need(testing::SceneContext(scene, {16, 16}).context); };
+  EXPECT_EQ(merged(load_scene("builtin:many-lights?lights=200")), 4);
+  EXPECT_EQ(merged(load_scene("builtin:many-lights?lights=100")), 0);
+  for (const float width : {0.02f, 1.0f}) {
+    SceneBuilder b("bulb");
+    b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+    MeshData panel;
+    for (int i = 0; i < 200; ++i) {
+      const float x = width * (static_cast<float>(i) / 200 - 0.5f);
+      const auto first = static_cast<std::uint32_t>(panel.positions.size());
+      panel.positions.insert(panel.positions.end(), {vec3(x, 2, 0), vec3(x + 0.005f * width, 2, 0), vec3(x, 2, width)});
+      panel.triangles.emplace_back(first, first + 1, first + 2);
+    }
+    b.mesh(panel, b.material(Diffuse{Rgb(0)}), Rgb(1));
+    b.camera({0, 1, 3}, {0, 0.5f, 0}, 50, {8, 8});
+    EXPECT_EQ(merged(b.finish()), 0) << width;
+  }
 }
 
 // Nearly all light paths stay in a shut ball of metal. As far apart as those in view are, merges would reach beyond the room.

@@ -4,6 +4,7 @@
 #include "integrators/caches/cache_fill.h"
 #include "integrators/photons/photons.h"
 #include "tests/unit/harness_process.h"
+#include "tests/unit/io_helpers.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -54,10 +55,10 @@ TEST_F(MemoryForecasts, RefuseWhatTakesMoreThanIsAllowed) {
 }
 
 TEST_F(MemoryForecasts, RefusePhotonsThatNoMemoryHolds) {
-  const Outcome refused = run({"render", "builtin:cornell-box", "-i", "photon-map", "-p", "photons=2G", "--resolution", "8x8",
-                               "--spp", "1", "-o", "a.png"});
-  EXPECT_EQ(refused.status, 2);
-  EXPECT_NE(refused.err.find("2 G photons"), std::string::npos) << refused.err;
+  const Method map{"photon-map", {{"photons", {std::int64_t{1'000'000'000}, {}}}}, {}};
+  set_memory_limit(resident_memory_bytes() + (std::uint64_t{1} << 30));
+  EXPECT_ERROR(require_room_for_photons({}, map, {8, 8}), "room for a tenth of 1 G photons needs about");
+  set_memory_limit(0);
 }
 
 TEST_F(MemoryForecasts, RefuseAnExperimentBeforeItBegins) {

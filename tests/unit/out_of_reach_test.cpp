@@ -63,6 +63,19 @@ TEST(LightOutOfReach, IsToldOfFrostedGlassThatIsNearlySmooth) {
   }
 }
 
+// The map brings what a clear ball casts; a frosted pane that casts next to nothing changes nothing of that.
+TEST(LightOutOfReach, IsNotToldOfClearGlassBesideFrostedGlass) {
+  SceneBuilder b("clear and frosted");
+  b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
+  b.light(PointLight{{0, 3, 0}, Rgb(10)});
+  b.quadric(Sphere{{0, 0.8f, 0}, 0.5f}, b.material(Dielectric{.eta = 1.5f}));
+  b.quadric(Sphere{{30, 0.2f, -30}, 0.2f}, b.material(Dielectric{.eta = 1.5f, .alpha = 0.003f}));
+  b.camera({0, 2, 3.5f}, {0, 0.3f, 0}, 50, {32, 32});
+  SceneContext stage(b.finish(), {32, 32}, 1);
+  for (const char* cache : {"irradiance-cache", "radiance-cache", "hash-cache"})
+    EXPECT_EQ(light_out_of_reach(stage.context, cache, {}), "") << cache;
+}
+
 TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   const auto told = [](const std::string& scene, const std::string& method, const ParamMap& params = {}) {
     SceneContext stage(load_scene(scene), {64, 64}, 1);

@@ -53,7 +53,7 @@ template <class Word>
 struct Pixels {
   std::unique_ptr<Word, void (*)(void*)> words;
   Pixels(Word* w) : words(w, &stbi_image_free) {
-    if (!w) throw Error(fmt::format("its data end too soon or are damaged ({})", stbi_failure_reason()));
+    if (!w) throw Error(fmt::format("it is cut short, damaged, or of a kind that is not read ({})", stbi_failure_reason()));
   }
 };
 

@@ -134,8 +134,8 @@ Image CachedLight::standard_error() const {
   const double n = iteration_ + 1.0;
   for (std::size_t i = 0; i < scatter_.size(); ++i) {
     const Scatter& scatter = scatter_[i];
-    // A signed filter's pixel is sum(w y) / sum(w), w = 1 or -1, of which the y scatter about it as they do about their mean,
-    // and by its distance from that.
+    // A signed filter's pixel is sum(w y) / sum(w), with w = 1 or -1. Its variance has the sum of (y - pixel)^2, which is that
+    // about the mean of y and n times the square of the distance between the two.
     const double weights = signed_.empty() ? weights_before_ + weight_ : signed_[i], count = signed_.empty() ? n : signed_[i];
     if (!(weights > 0)) continue;
     const double off = signed_.empty() ? 0 : luminance(Rgb(sums_[i] / weights)) - scatter.mean;
