@@ -18,7 +18,7 @@ enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;
-constexpr float largest_radius = 0.02f;  // of merges, over the scene's diagonal, where neither it nor neighbours is given
+constexpr float largest_radius = 0.05f;  // of merges, over the scene's diagonal, where neither it nor neighbours is given
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
 // Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
