@@ -101,6 +101,7 @@ Figure settings_figure(const std::vector<MethodSettings>& methods) {
     for (const Shortfall& shortfall : method.shortfalls)
       if (std::isfinite(shortfall.ratio)) most = std::max(most, shortfall.ratio);
   const SceneData* scene = nullptr;
+  std::vector<std::string> names;  // a method that lacks in one scene keeps its colour in others
   for (const MethodSettings& method : methods) {
     if (method.scene != scene) {
       scene = method.scene;
@@ -112,7 +113,7 @@ Figure settings_figure(const std::vector<MethodSettings>& methods) {
     line.key = line.label = method_of(*method.defaults);
     for (const Shortfall& shortfall : method.shortfalls)
       if (std::isfinite(shortfall.ratio)) line.points.emplace_back(shortfall.time_s, shortfall.ratio);
-    line.style(figure.panels.back().series.size() - 1);
+    line.style(index_in(names, line.label));
   }
   figure.notes = {"No mark: the defaults have no image yet."};
   return figure;

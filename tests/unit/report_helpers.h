@@ -2,6 +2,7 @@
 #pragma once
 
 #include "experiments/log/log.h"
+#include "experiments/report/charts/charts.h"
 #include "experiments/report/table_format.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +12,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace etendue::report_test {
@@ -144,6 +147,19 @@ inline ::testing::AssertionResult well_formed(const std::string& xml) {
     i = end;
   }
   if (!open.empty()) return ::testing::AssertionFailure() << "<" << open.back() << "> is left open";
+  return ::testing::AssertionSuccess();
+}
+
+// Whether series of one key look alike in all panels: a legend names those of the first.
+inline ::testing::AssertionResult looks_alike_in_all_panels(const Figure& figure) {
+  std::map<std::string, const ChartSeries*> known;
+  for (const Chart& chart : figure.panels)
+    for (const ChartSeries& series : chart.series) {
+      if (!series.is_in_legend()) continue;
+      const ChartSeries& first = *known.try_emplace(series.key, &series).first->second;
+      if (std::tie(first.colour, first.dash, first.marker) != std::tie(series.colour, series.dash, series.marker))
+        return ::testing::AssertionFailure() << figure.name << ": " << series.key << " in " << chart.title;
+    }
   return ::testing::AssertionSuccess();
 }
 

@@ -45,6 +45,19 @@ TEST(Settings, AreComparedWithoutTheNoiseOfTheReferenceWhereItIsKnown) {
   EXPECT_NEAR(std::stod(cell_of(found(), "at_end")), 8, 2);
 }
 
+TEST(Settings, KeepAMethodsColourInAllScenes) {
+  RunLog log;
+  log.manifests.push_back(manifest());
+  for (const char* method : {"irradiance-cache", "radiance-cache", "photon-cache"})
+    for (const char* scene : {"builtin:room", "builtin:door"})
+      if (std::string(method) != "radiance-cache" || std::string(scene) == "builtin:room")
+        for (const char* setting : {"", " error=1"}) add_cells(log, scene, {.integrator = std::string(method) + setting}, 2);
+  const Figure figure = settings_report(arrange(log)).figures.at(0).figures.at(0);
+  ASSERT_EQ(figure.panels.size(), 2u);
+  ASSERT_EQ(figure.panels[1].series.size(), 2u);
+  EXPECT_TRUE(looks_alike_in_all_panels(figure));
+}
+
 TEST(Settings, AreNotComparedByTheirBias) {
   RunLog log;
   log.manifests.push_back(manifest());
