@@ -101,7 +101,10 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
     const std::string wrong = scene_damage(scene, directory);
     if (wrong.empty()) continue;
     const std::size_t cells = fail_cells(log, wrong, [&](const auto& record) { return record.cell.is_of(scene.scene); });
-    tell(fmt::format("{}; {} cells are not believed", wrong, cells));
+    const std::size_t structures =
+        std::erase_if(log.structures, [&](const StructureRecord& record) { return record.scene == scene.scene; });
+    tell(fmt::format("{}; {} cells{} are not believed", wrong, cells,
+                     structures > 0 ? fmt::format(" and {} structures", structures) : ""));
   }
   return findings;
 }

@@ -88,7 +88,7 @@ std::vector<std::pair<std::string, std::string>> find_experiments(const RunLog& 
   return found;
 }
 
-// Merging keeps one reference a scene: which scenes had different ones?
+// Merging keeps one reference and one version of a scene: which scenes had different ones?
 std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vector<RunLog>& logs) {
   std::vector<std::string> scenes;
   for (const ReferenceRecord& kept : merged.references) {
@@ -98,6 +98,13 @@ std::vector<std::string> conflicting_scenes(const RunLog& merged, const std::vec
     };
     const auto has_other = [&](const RunLog& log) { return std::ranges::any_of(log.references, differs); };
     if (std::ranges::any_of(logs, has_other)) scenes.push_back(kept.scene);
+  }
+  for (const SceneRecord& kept : merged.scenes) {
+    const auto has_other = [&](const RunLog& log) {
+      const SceneRecord* own = log.scene(kept.scene);
+      return own != nullptr && own->hash != kept.hash;
+    };
+    if (std::ranges::any_of(logs, has_other)) index_in(scenes, kept.scene);
   }
   return scenes;
 }

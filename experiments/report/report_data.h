@@ -57,7 +57,7 @@ struct ReportData {
   std::vector<SceneData> scenes;
   std::size_t done = 0, failed = 0, most_seeds = 0;
   std::vector<std::string> findings;   // what is missing or not to be believed (trust.h); the reader of the files' to fill
-  std::vector<std::string> conflicts;  // scenes that merged logs measured against different references; the merger's to fill
+  std::vector<std::string> conflicts;  // scenes whose merged logs are of several versions or references; the merger's to fill
 
   std::vector<const Configuration*> finished() const;  // of all scenes
   bool empty() const { return metrics.empty(); }

@@ -59,7 +59,7 @@ void warn_of_references(const ReportData& data, Warnings& warnings) {
   for (const std::string& scene : data.conflicts)
     warn(warnings,
          "{}: the merged logs measured different versions or sizes of this scene, or against different references; their "
-         "errors are not comparable.",
+         "figures are not comparable.",
          scene);
 }
 

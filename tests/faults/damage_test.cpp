@@ -252,6 +252,21 @@ TEST_F(ChangedScene, AnotherFilterIsNoChangeOfItsFiles) {
   EXPECT_EQ(run({"report", "out/mine"}).status, 0);
 }
 
+TEST_F(ChangedScene, ItsStructuresAreNotBelieved) {
+  write_file("structures.toml",
+             "scenes = [\"scene.pbrt\"]\naccels = [\"brute\", \"sah\"]\nresolution = [8, 8]\nstructures = true\n"
+             "outputs = { tables = [\"md\"] }\n");
+  const Outcome made = run({"run", "structures.toml", "--threads", "1"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto table = [&] { return read_text_file(path("out/structures/tables/structures.md")); };
+  EXPECT_NE(table().find("brute"), std::string::npos);
+  write_file("mesh.ply", mesh("0.5"));
+  const Outcome report = run({"report", "out/structures"});
+  EXPECT_EQ(report.status, 1) << report.err;
+  EXPECT_NE(report.err.find("0 cells and 2 structures are not believed"), std::string::npos) << report.err;
+  EXPECT_FALSE(std::filesystem::exists(path("out/structures/tables/structures.md")));
+}
+
 TEST_F(ChangedScene, MeshTextureAndAlbedoAreNoticed) {
   ASSERT_EQ(run_mine().status, 0);
   write_file("mesh.ply", mesh("0.5"));

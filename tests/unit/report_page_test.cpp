@@ -148,6 +148,7 @@ class Report : public ::testing::Test {
     LogWriter writer((path / "runs.jsonl").string());
     std::vector<std::string> lines;
     for (const auto& record : log.manifests) lines.push_back(to_json_line(record));
+    for (const auto& record : log.scenes) lines.push_back(to_json_line(record));
     for (const auto& record : log.references) lines.push_back(to_json_line(record));
     for (const auto& record : log.structures) lines.push_back(to_json_line(record));
     for (const auto& cell : log.cells) {
@@ -264,6 +265,20 @@ TEST_F(Report, MergesShardsOfOneExperiment) {
   b.references[0].stamp = {7, "another image"};
   write_report({directory("a3", a), directory("b3", b)}, out());
   EXPECT_NE(file_text(root_ / "out/report.html").find("against different references"), std::string::npos);
+}
+
+TEST_F(Report, TellsOfMergedVersionsOfASceneWithoutReferences) {
+  RunLog a, b;
+  for (RunLog* log : {&a, &b}) log->scenes = {{.scene = "room", .hash = "1"}, {.scene = "hall", .hash = "2"}};
+  a.structures = {structure("room", "sah", "bvh8", 2, 0.1)};
+  b.structures = {structure("room", "lbvh", "bvh8", 1, 0.1)};
+  write_report({directory("a", a), directory("b", b)}, out());
+  EXPECT_EQ(file_text(root_ / "out/report.html").find("different versions"), std::string::npos);
+  b.scenes[0].hash = "3";
+  write_report({directory("a2", a), directory("b2", b)}, out());
+  const std::string page = file_text(root_ / "out/report.html");
+  EXPECT_NE(page.find("room: the merged logs measured different versions"), std::string::npos);
+  EXPECT_EQ(page.find("hall: the merged logs"), std::string::npos);
 }
 
 TEST_F(Report, ShowsImagesAndErrorMaps) {
