@@ -202,6 +202,23 @@ const checks = {
     assert.equal((await state(page)).kind, 'signed');
   },
 
+  async 'a reference beside itself keeps the map, by the metric that is chosen'(page) {
+    await page.evaluate(() => viewers.get(0).set({left: 2, right: 0}));
+    const look = () => page.evaluate(() => ({name: viewers.get(0).parts.mapName.textContent, map: viewers.get(0).panes[2].pixels.toDataURL()}));
+    await page.select('.toolbar select', 'mse');
+    await settled(page);
+    const expected = await look();
+    await page.select('.toolbar select', 'relmse');
+    await settled(page);
+    await page.evaluate(() => viewers.get(0).set({left: 0}));
+    await page.select('.toolbar select', 'mse');
+    await settled(page);
+    assert.deepEqual(await look(), expected);
+    assert(expected.name.startsWith('squared error of '), expected.name);
+    await page.select('.toolbar select', 'bias');
+    await settled(page);
+  },
+
   // The last checkpoint logs the mean of what the map shows.
   async 'a map of FLIP shows what was logged'(page, {out}) {
     const lines = fs.readFileSync(path.join(out, 'runs.jsonl'), 'utf8').trim().split('\n').map(line => JSON.parse(line));

@@ -47,8 +47,12 @@ class Viewer {
     return this.pixels.get(source);
   }
   get shown() { return this.scene.images[this.left]; }
-  // The image whose error is mapped: the left one, unless that is the reference.
-  get mapped() { return this.left !== this.reference ? this.left : this.right !== this.reference ? this.right : -1; }
+  // The image whose error is mapped: the left one, else the right one; where both are the reference, the one before.
+  chooseMapped() {
+    const {images} = this.scene;
+    this.mapped = [this.left, this.right, this.mapped].find(i => i !== undefined && i !== this.reference)
+      ?? images.findIndex(image => !image.isReference);
+  }
   table() {
     const key = this.tone + this.ev, {unit, white} = this.scene;
     if (this.tables.key !== key) this.tables = {key, bytes: toneTable(toneMaps[this.tone], unit / white * 2 ** this.ev)};
@@ -57,6 +61,7 @@ class Viewer {
 
   async update() {
     const {images} = this.scene, {parts} = this;
+    this.chooseMapped();
     const controls = {left: this.left, right: this.right, tone: this.tone, kind: this.map, exposure: this.ev, time: this.frame};
     for (const [name, value] of Object.entries(controls)) parts[name].value = value;
     parts.ev.textContent = (this.ev > 0 ? '+' : '') + this.ev + ' EV';
@@ -125,8 +130,9 @@ class Viewer {
       if (this.right !== this.left) lines.push(scene.images[this.right].label + ': ' + rgb(now.right));
       if (now.mapped && now.reference) {
         const error = name => figure3(errorAt(scene, scene.images[this.mapped], now.mapped, now.reference, mapKinds[name], pixel));
-        lines.push('signed error: ' + error('signed'));
-        if (this.kind !== 'signed') lines.push(mapKinds[this.kind].label + ': ' + error(this.kind));
+        const of = (this.mapped === this.left ? '' : ' of ' + scene.images[this.mapped].label) + ': ';
+        lines.push('signed error' + of + error('signed'));
+        if (this.kind !== 'signed') lines.push(mapKinds[this.kind].label + of + error(this.kind));
       }
     }
     if (!lines.length)
