@@ -300,6 +300,25 @@ TEST(AccelComparison, StructuresAreRightOnASceneAndAreMeasured) {
   EXPECT_GT(records.back().epo_triangles, 0u);
 }
 
+// The log would keep one of the two, and time both at each run.
+TEST(AccelComparison, TwoThatComeToOneLayoutAreRefused) {
+  const Scene scene = load_scene("builtin:cornell-box");
+  const auto in_layout = [](const std::string& layout) {
+    return Method{"binned-sah", {{"layout", {layout, {}}}}, {"e.toml", 3, 5}};
+  };
+  const StructureTiming options{.resolution = 8, .repetitions = 1};
+  const auto silent = [](const std::string&) {};
+  const std::string chosen = compare_structures(scene, {in_layout("auto")}, options, silent).at(0).layout;
+  EXPECT_EQ(compare_structures(scene, {in_layout("auto"), {"lbvh", {{"layout", {chosen, {}}}}, {}}}, options, silent).size(),
+            2u);
+  try {
+    compare_structures(scene, {in_layout("auto"), in_layout(chosen)}, options, silent);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& e) {
+    EXPECT_TRUE(std::string(e.what()).starts_with("e.toml:3:5: 'binned-sah layout=auto' has the layout " + chosen)) << e.what();
+  }
+}
+
 // Cut or not, a kind weighs as much as it has rays: primary rays at 10 nodes each, shadow rays at 2.
 TEST(AccelComparison, MeansOverKindsDoNotDependOnWhichAreCut) {
   RaysByKind rays;

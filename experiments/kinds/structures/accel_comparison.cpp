@@ -7,6 +7,7 @@
 #include "experiments/kinds/structures/accel_rays.h"
 #include "experiments/kinds/timing.h"
 #include "framework/core/check.h"
+#include "framework/core/error.h"
 #include "framework/core/parallel.h"
 #include "framework/core/units.h"
 
@@ -222,11 +223,24 @@ class Comparison {
     }
   }
 
+  // The log tells structures apart by name and layout, and one of them may have chosen the layout of another.
+  void refuse_twin_of(const Contender& contender) const {
+    const StructureRecord& record = contender.record;
+    const auto same = [&](const Contender& other) {
+      return &other != &contender && other.record.structure == record.structure && other.record.layout == record.layout;
+    };
+    if (std::ranges::any_of(contenders_, same))
+      throw Error(contender.choice.where,
+                  fmt::format("'{}' has the layout {} on {}, and so has another of these structures; expected one of the two",
+                              contender.choice.label(), record.layout, record.scene));
+  }
+
   // Fills in what needs no clock.
   void describe(Contender& contender, const RayQuery& structure) {
     StructureRecord& record = contender.record;
     const RayStructureStats stats = structure.stats();
     record.layout = stats.layout;
+    refuse_twin_of(contender);
     record.fallback = stats.fallback;
     record.bytes = stats.bytes;
     record.nodes = stats.nodes;
