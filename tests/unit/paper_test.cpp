@@ -4,6 +4,7 @@
 #include "framework/io/image/image_file.h"
 #include "tests/unit/harness_process.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace etendue {
@@ -23,13 +24,24 @@ TEST(PaperPictures, AverageWhenSmallerAndRepeatWhenLarger) {
 }
 
 TEST(PaperPictures, DifferencesAreSigned) {
-  EXPECT_EQ(difference_colour(dvec3(0.5), dvec3(0.5)), (Colour{255, 255, 255}));
-  EXPECT_EQ(difference_colour(dvec3(2), dvec3(0.5)), (Colour{255, 0, 0}));
-  EXPECT_EQ(difference_colour(dvec3(0.1), dvec3(0.5)), (Colour{0, 0, 255}));
-  EXPECT_EQ(difference_colour(dvec3(NAN), dvec3(0.5)), (Colour{128, 128, 128}));
-  const Colour brighter = difference_colour(dvec3(1.1), dvec3(1));
+  EXPECT_EQ(difference_colour(dvec3(0.5), dvec3(0.5), 1), (Colour{255, 255, 255}));
+  EXPECT_EQ(difference_colour(dvec3(2), dvec3(0.5), 1), (Colour{255, 0, 0}));
+  EXPECT_EQ(difference_colour(dvec3(0.1), dvec3(0.5), 1), (Colour{0, 0, 255}));
+  EXPECT_EQ(difference_colour(dvec3(NAN), dvec3(0.5), 1), (Colour{128, 128, 128}));
+  const Colour brighter = difference_colour(dvec3(1.1), dvec3(1), 1);
   EXPECT_EQ(brighter[0], 255);
   EXPECT_GT(brighter[1], 200);
+}
+
+// Whatever the unit of the scene: what is dark is so beside its white.
+TEST(PaperPictures, DifferencesAreFullAtAFactorOfTwoInDimScenes) {
+  EXPECT_EQ(difference_colour(dvec3(2.1e-5), dvec3(1e-5), 2e-5), (Colour{255, 0, 0}));
+  Image dim({2, 2}), bright({2, 2});
+  std::ranges::fill(dim.pixels, dvec3(1e-5));
+  std::ranges::fill(bright.pixels, dvec3(2.1e-5));
+  const Canvas canvas = difference_of(bright, dim, {{0, 0}, {2, 2}}, {2, 2});
+  const auto texels = decode_image(canvas.png(), "png", Encoding::linear).texels;
+  for (const Rgb& texel : texels) EXPECT_EQ(texel, Rgb(1, 0, 0));
 }
 
 TEST(PaperCharts, PointsOfAllSeriesAreInOneTable) {

@@ -46,8 +46,8 @@ std::string ascii(std::string_view text) {
 
 }  // namespace
 
-Colour difference_colour(const dvec3& image, const dvec3& reference) {
-  constexpr double dark = 1e-3;
+Colour difference_colour(const dvec3& image, const dvec3& reference, double white) {
+  const double dark = 1e-3 * white;
   const double ratio = (luminance(Rgb(image)) + dark) / (luminance(Rgb(reference)) + dark);
   if (!std::isfinite(ratio)) return {128, 128, 128};
   const double steps = ratio > 0 ? std::clamp(std::log2(ratio), -1.0, 1.0) : -1;
@@ -117,8 +117,8 @@ Canvas picture_of(const Image& image, const Window& window, ivec2 size, double e
 }
 
 Canvas difference_of(const Image& image, const Image& reference, const Window& window, ivec2 size) {
-  return painted(size, [&](ivec2 pixel) {
-    return difference_colour(resampled(image, window, size, pixel), resampled(reference, window, size, pixel));
+  return painted(size, [&, white = white_of(reference)](ivec2 pixel) {
+    return difference_colour(resampled(image, window, size, pixel), resampled(reference, window, size, pixel), white);
   });
 }
 

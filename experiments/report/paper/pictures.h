@@ -18,8 +18,9 @@ struct Window {
 };
 
 // How an image differs from its reference at a pixel, by luminance: red where it is brighter, blue where it is darker, full at
-// a factor of two; white where they are alike, grey where a value is not finite. Below 1e-3 all counts as dark.
-Colour difference_colour(const dvec3& image, const dvec3& reference);
+// a factor of two; white where they are alike, grey where a value is not finite. Below a thousandth of white all
+// counts as dark.
+Colour difference_colour(const dvec3& image, const dvec3& reference, double white);
 
 // White lies a quarter above the 98th percentile of the brightest channel: lamps in view do not darken the room, and an evenly
 // lit scene is light grey, not white.
