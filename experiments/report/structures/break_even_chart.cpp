@@ -78,7 +78,7 @@ Figure break_even_figure(const ReportData& data, const SceneData& scene) {
     const double to = i + 1 < choices.size() ? std::clamp(choices[i + 1].from_rays, 1.0, most_rays) : most_rays;
     if (!(to > from)) continue;
     ChartSeries series{
-        .key = fmt::format("choice{}", i), .label = structure_name(record) + since, .points = cost_line(record, from, to)};
+        .key = structure_name(record), .label = structure_name(record) + since, .points = cost_line(record, from, to)};
     style_structure(series, data, record);
     const ChartPoint middle = series.points[series.points.size() / 2];
     chart.labels.push_back({middle.x, middle.y, structure_name(record)});

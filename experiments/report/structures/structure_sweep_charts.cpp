@@ -71,7 +71,7 @@ Measured bytes_per_triangle(const StructureRecord& r) {
 Chart sweep_chart(const ReportData& data, const SweepScenes& scenes, const std::vector<std::string>& names, Quantity quantity) {
   Chart chart;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    ChartSeries series{.key = fmt::format("s{}", i), .label = names[i]};
+    ChartSeries series{.key = names[i], .label = names[i]};
     for (const auto& [value, scene] : scenes)
       for (const StructureRecord& record : data.log->structures)
         if (record.scene == scene && structure_name(record) == names[i]) {
