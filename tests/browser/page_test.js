@@ -69,6 +69,25 @@ const checks = {
     }
   },
 
+  async 'a read-out keeps whole counts, names and units'(page) {
+    const svg = 'figure.main .stage svg.chart';
+    const told = async (title, points) => {
+      await page.$eval(svg, (svg, title, points) => {
+        svg.dataset.x = title;
+        svg.querySelector('.series[data-p]:not(.stairs)').dataset.p = points;
+        parsed.delete(svg);
+        delete svg.dataset.at;
+      }, title, points);
+      await page.$eval(svg, svg => svg.focus());
+      await page.keyboard.press('ArrowRight');
+      return shown(page, 'figure.main .tip');
+    };
+    assert((await told('iterations', '9,9,2048,0.5;9,9,4096,0.5')).includes('iterations 4096'));
+    assert((await told('radius of the ball [m], harm grows to the left', '9,9,1,0.5;9,9,0.2236,0.5')).includes('radius of the ball 0.224 m'));
+    await page.keyboard.press('Escape');
+    for (const axis of ['iterations', 'time']) await page.click('.toolbar [name=axis][value=' + axis + ']');  // as it was
+  },
+
   async 'keys flip images'(page) {
     await page.focus('.viewer canvas');
     await page.keyboard.press('2');

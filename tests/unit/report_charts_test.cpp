@@ -333,6 +333,14 @@ TEST(Charts, LegendsLeaveOutWhatAPanelsTitleNames) {
   EXPECT_EQ(times(svg, ">third<"), 1);
 }
 
+TEST(Charts, CountsAreWholeInReadOuts) {
+  Chart chart{.x = {"iterations"}};
+  chart.series.push_back({.key = "k", .label = "k", .points = {{1024, 0.5}, {16384, 0.25}}});
+  const std::string svg = inline_svg(chart);
+  EXPECT_NE(svg.find(",1024,0.5;"), std::string::npos) << svg;
+  EXPECT_NE(svg.find(",16384,0.25\""), std::string::npos) << svg;
+}
+
 TEST(Charts, RowsAreNamedForReadOuts) {
   Chart chart{.rows = {"sah \"bvh8\"", "grid"}};
   chart.series.push_back({.key = "k", .label = "k", .points = {{1, 0}, {2, 1}}});

@@ -39,8 +39,8 @@ Figure curve_figure(const StressRow& row) {
   const StressRecord& of = row.record();
   Chart chart;
   const bool rises = of.range.to > of.range.from;
-  chart.x.title =
-      fmt::format("{}{}: harm grows to the {}", of.parameter, of.unit.empty() ? "" : ", " + of.unit, rises ? "right" : "left");
+  chart.x.title = fmt::format("{}{}, harm grows to the {}", of.parameter, of.unit.empty() ? "" : " [" + of.unit + "]",
+                              rises ? "right" : "left");
   chart.y.title = of.figure_text;
   bool positive = true;
   std::vector<double> levels;

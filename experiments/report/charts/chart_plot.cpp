@@ -198,7 +198,7 @@ std::string Plot::point_data(const ChartSeries& series) const {
   for (const ChartPoint& point : series.points) {
     const dvec2 at = place(point.x, point.y);
     if (at.y < box_.top) continue;  // cut off, so not to be pointed at
-    data += fmt::format("{}{},{},{:.4g},{:.4g}", data.empty() ? "" : ";", px(at.x), px(at.y), point.x, point.y);
+    data += fmt::format("{}{},{},{:.6g},{:.4g}", data.empty() ? "" : ";", px(at.x), px(at.y), point.x, point.y);
     if (point.high > point.low) data += fmt::format(",{:.3g},{:.3g}", point.low, point.high);
   }
   return data;

@@ -112,9 +112,9 @@ function showTip(svg, series, index) {
   for (const [name, value] of [['class', 'cursor'], ['r', 8], ['cx', px], ['cy', py]]) cursor.setAttribute(name, value);
   svg.append(cursor);
   const rows = svg.dataset.rows && JSON.parse(svg.dataset.rows);
-  const figureOf = (title, value) => figure3(value) + unitOf(title);
-  const lines = rows ? [series.label + ': ' + figureOf(svg.dataset.x, x)]
-    : [nameOf(svg.dataset.x) + ' ' + figureOf(svg.dataset.x, x), nameOf(svg.dataset.y) + ' ' + figureOf(svg.dataset.y, y)];
+  const across = count(x) + unitOf(svg.dataset.x);
+  const lines = rows ? [series.label + ': ' + across]
+    : [nameOf(svg.dataset.x) + ' ' + across, nameOf(svg.dataset.y) + ' ' + figure3(y) + unitOf(svg.dataset.y)];
   if (!rows && high !== undefined) lines.push(figure3(low) + ' to ' + figure3(high));
   const title = (svg.dataset.title ? svg.dataset.title + ': ' : '') + (rows ? rows[y] : series.label);
   const tip = figure.querySelector('.tip') || figure.appendChild(make('div', {className: 'tip'}));

@@ -10,6 +10,7 @@ const make = (tag, properties = {}, ...children) => {
 };
 const figure3 = v => !isFinite(v) ? String(v) : v === 0 ? '0'
   : Math.abs(v) >= 0.00995 && Math.abs(v) < 99999.5 ? String(Number(v.toPrecision(3))) : v.toExponential(2).replace('+', '');
+const count = v => Number.isInteger(v) && Math.abs(v) < 1e6 ? String(v) : figure3(v);  // of iterations, all digits
 const clamp = (v, low, high) => Math.min(Math.max(v, low), high);
 
 // --- the view in the address: "#metric=mse&view.0=…", beside plain links to sections ---
