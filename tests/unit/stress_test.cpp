@@ -204,6 +204,18 @@ TEST_F(StressRun, AReferenceThatIsAnotherTakesWhatItMeasuredOutOfTheLog) {
   EXPECT_EQ(again.find("done already"), std::string::npos) << again;
 }
 
+TEST_F(StressRun, CommandsRepeatTheImageWithItsPixelFilter) {
+  write_file("one.toml",
+             "seeds = 1\nresolution = [8, 8]\nbudget = { samples = 1 }\nreference = { samples = 16 }\nintegrators = [\"sppm\"]\n"
+             "[[stress]]\nid = 1\nname = \"radius\"\nfailure = \"f\"\nsource = \"s\"\nscene = \"builtin:cornell-box\"\n"
+             "x = \"radius\"\nrange = [0.1, 0.2]\nholds = { relmse = [0, 1e9] }\n"
+             "settings = { sppm = { radius = \"{x}\" } }\n");
+  const Outcome ran = run({"run", "one.toml", "--threads", "1", "--pixel-filter", "mitchell"});
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const std::string command = records_of<StressRecord>(read_log((directory_ / "out/one/runs.jsonl").string())).at(0)->before;
+  EXPECT_TRUE(command.ends_with(" --seed 1 --pixel-filter mitchell")) << command;
+}
+
 // The lattice begins at six digits of the range's end.
 TEST_F(StressRun, StructuresAreMeasuredOverTheHarmlessEndHoweverManyDigitsItHas) {
   for (const char* from : {"1", "1.0000001"})

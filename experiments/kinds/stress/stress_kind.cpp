@@ -88,6 +88,12 @@ struct StressPlace : ScenePlace {
   std::string failure;  // why it has none
 };
 
+// The options by which the scenes were read, each after a space.
+std::string reading_options(const SceneReading& reading) {
+  return (reading.pixel_filter.empty() ? "" : " --pixel-filter " + shell_word(reading.pixel_filter)) +
+         (reading.approximate ? " --approximate" : "");
+}
+
 std::string render_command(const std::string& scene, const Method& method, ivec2 resolution, std::uint64_t samples,
                            std::uint64_t seed) {
   std::string command = fmt::format("etendue render {} --integrator {}", shell_word(scene), method.name);
@@ -184,13 +190,16 @@ class StressWork final : public RecordWork {
  private:
   std::string command(const StressHazard& hazard, const StressTrial& trial, double x) {
     const Method method = method_at(hazard, trial, x);
+    const std::string reading = reading_options(plan_.reading);
     if (hazard.of_structures()) {
       std::string structure = method.name;
       for (const auto& [key, value] : method.params) structure += fmt::format(":{}={}", key, to_text(value));
-      return fmt::format("etendue accel {} --structures {}", shell_word(with_variable(trial.scene, x)), shell_word(structure));
+      return fmt::format("etendue accel {} --structures {}{}", shell_word(with_variable(trial.scene, x)), shell_word(structure),
+                         reading);
     }
     return render_command(with_variable(trial.scene, x), method, place(hazard, trial, x).resolution, trial.samples,
-                          plan_.config.seeds.front());
+                          plan_.config.seeds.front()) +
+           reading;
   }
 
   // Cells of a hazard follow each other, so only its places are kept.
