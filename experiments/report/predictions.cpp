@@ -52,12 +52,17 @@ const std::vector<PredictionColumn>& columns() {
       {{"remedy", "remedy", false}, [](const Row& row) { return TableCell(row.remedy); }},
       {{"figure", "", false, machines}},
       {{"quantity", "quantity", false}, [](const Row& row) { return TableCell(row.quantity); }},
-      {{"expected", "expected", true, readers, 1}, [](const Row& row) { return TableCell(row.expected_text()); }},
+      {{"expected", "expected", true, readers, 1},
+       [](const Row& row) {
+         const auto by = row.expected ? std::optional(std::isfinite(row.expected->low) ? row.expected->low : row.expected->high)
+                                      : std::nullopt;
+         return TableCell::ordered(row.expected_text(), by);
+       }},
       {{"expected_low", "", true, machines, 1},
        [](const Row& row) { return row.expected ? end_cell(row.expected->low) : TableCell(); }},
       {{"expected_high", "", true, machines, 1},
        [](const Row& row) { return row.expected ? end_cell(row.expected->high) : TableCell(); }},
-      {{"", "measured", true, readers, 1}, [](const Row& row) { return TableCell(row.measured_text()); }},
+      {{"", "measured", true, readers, 1}, [](const Row& row) { return TableCell::ordered(row.measured_text(), row.value); }},
       {{"measured", "", true, machines, 1}, [](const Row& row) { return end_cell(row.value); }},
       {{"low", "", true, machines, 1}, [](const Row& row) { return row.interval ? end_cell(row.interval->low) : TableCell(); }},
       {{"high", "", true, machines, 1},

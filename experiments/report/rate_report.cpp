@@ -43,7 +43,8 @@ JudgedPrediction judged(const FittedRate& rate) {
                                          ? TableCell(fit.points)
                                          : TableCell(static_cast<double>(fit.points),
                                                      fmt::format("{} of {}", fit.points, fit.points + fit.dropped)));
-  row.details.emplace_back("window", fmt::format("{}–{}", format_short(fit.from), format_short(fit.to)));
+  row.details.emplace_back("window",
+                           TableCell::ordered(fmt::format("{}–{}", format_short(fit.from), format_short(fit.to)), fit.from));
   row.details.emplace_back("from", TableCell(fit.from));
   row.details.emplace_back("to", TableCell(fit.to));
   if (law.model == Prediction::Model::plateau) row.add_detail("plateau", fit.plateau, fit.plateau_interval);

@@ -105,6 +105,12 @@ TableCell TableCell::interval(double value, double low, double high) {
   return {value, fmt::format("{} ({})", format_figure(value), format_interval(low, high))};
 }
 
+TableCell TableCell::ordered(const std::string& words, std::optional<double> by) {
+  TableCell cell(words);
+  if (by && std::isfinite(*by)) cell.order = by;
+  return cell;
+}
+
 TableCell TableCell::positive(double value, std::string (*format)(double)) {
   return value > 0 ? TableCell(value, format) : TableCell();
 }

@@ -31,8 +31,9 @@ struct TableCell {
   template <class Value>
   TableCell(const std::optional<Value>& value) : TableCell(value ? TableCell(*value) : TableCell()) {}
 
-  static TableCell interval(double value, double low, double high);        // "1.2e-3 (1e-3–1.4e-3)"
-  static TableCell positive(double value, std::string (*format)(double));  // nothing unless it is above zero
+  static TableCell interval(double value, double low, double high);              // "1.2e-3 (1e-3–1.4e-3)"
+  static TableCell ordered(const std::string& words, std::optional<double> by);  // sorted as that figure; "": nothing
+  static TableCell positive(double value, std::string (*format)(double));        // nothing unless it is above zero
 };
 
 // How many times the least error an error is, "1.23x"; infinite: there was no image to have one.

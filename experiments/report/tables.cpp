@@ -216,7 +216,8 @@ void add_theory(FinalTable& table) {
               fitted_exponent);
   table.parts("over iterations", {}, [](const FinalRow& row) -> Cells {
     if (!row.rate) return {};
-    return {fmt::format("{:.0f}–{:.0f}", row.rate->fit.from, row.rate->fit.to)};
+    const RateFit& fit = row.rate->fit;
+    return {TableCell::ordered(fmt::format("{:.0f}–{:.0f}", fit.from, fit.to), fit.from)};
   });
   table.parts("bias² of images", {"bias_squared", "bias_squared_standard_error"}, squared_bias);
   table.column("image_variance", "variance",

@@ -299,6 +299,11 @@ const checks = {
     await page.click('#table-final th:nth-child(2) button');
     await page.click('#table-final th:nth-child(2) button');
     assert.deepEqual(await column(), before.slice().sort().reverse());
+    const unsorted = await page.evaluate(() => all('figure.table table').flatMap(table => all('thead th.num', table).filter(head => {
+      const cells = [...table.tBodies[0].rows].map(row => row.cells[head.cellIndex]);
+      return cells.some(cell => cell.textContent !== '–') && !cells.some(cell => cell.dataset.v !== undefined);
+    }).map(head => table.closest('figure').id + ': ' + head.textContent)));
+    assert.deepEqual(unsorted, [], 'columns of figures that take a click and do not sort');
     const columns = () => page.$$eval('#table-final th', heads => heads.filter(head => head.offsetWidth > 0).length);
     const folded = await columns();
     await page.click('#table-final .chips button:nth-child(2)');

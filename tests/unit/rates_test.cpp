@@ -168,6 +168,7 @@ TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
   EXPECT_NE(table.find("-1/2"), std::string::npos);
   EXPECT_NE(table.find("†"), std::string::npos) << "three seeds are few";
   EXPECT_NE(table.find("Of 2 intervals of 95 %"), std::string::npos) << table;
+  EXPECT_TRUE(columns_of_figures_sort(predictions_table(predictions)));
   for (const Figure& figure : rate_figures(rates)) {
     EXPECT_TRUE(well_formed(to_svg(figure)));
     EXPECT_EQ(to_svg(figure).find("nan"), std::string::npos);

@@ -150,6 +150,17 @@ inline ::testing::AssertionResult well_formed(const std::string& xml) {
   return ::testing::AssertionSuccess();
 }
 
+// Whether each column of figures that readers see has cells by which it is sorted, unless nothing stands in it.
+inline ::testing::AssertionResult columns_of_figures_sort(const Table& table) {
+  for (const std::size_t c : visible_columns(table)) {
+    const auto is_filled = [&](const auto& row) { return row[c].text != TableCell().text; };
+    const auto is_ordered = [&](const auto& row) { return row[c].order.has_value(); };
+    if (table.columns[c].right && std::ranges::any_of(table.rows, is_filled) && std::ranges::none_of(table.rows, is_ordered))
+      return ::testing::AssertionFailure() << table.name << ": " << table.columns[c].title;
+  }
+  return ::testing::AssertionSuccess();
+}
+
 // Whether series of one key look alike in all panels: a legend names those of the first.
 inline ::testing::AssertionResult looks_alike_in_all_panels(const Figure& figure) {
   std::map<std::string, const ChartSeries*> known;

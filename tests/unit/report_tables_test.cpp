@@ -219,6 +219,10 @@ TEST(Tables, FinalRowsAreOrderedByErrorAtEqualTime) {
   EXPECT_NEAR(1 / (relmse * 12.8), *table.rows[1][column(table, "efficiency_per_s")].order, 1e-9);
 }
 
+TEST(Tables, ColumnsOfFiguresSort) {
+  for (const Table& table : report_tables(arrange(small_log()))) EXPECT_TRUE(columns_of_figures_sort(table));
+}
+
 TEST(Tables, WhatNeverArrivesIsCensoredNotDropped) {
   RunLog log = small_log();
   add_cells(log, "builtin:room", {"noisy", "sah", 0.1, 50, -1}, 3);

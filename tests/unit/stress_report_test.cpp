@@ -78,6 +78,7 @@ TEST(StressReport, MatrixHasARowForEachHazardAndAColumnForEachMethod) {
   EXPECT_NE(draw_matrix(map, false, true).svg.find("it &lt;breaks&gt;"), std::string::npos);
   const KindReport report = stress_report(log);
   const auto remedies = std::ranges::find(report.tables, "remedies", &Table::name);
+  for (const Table& table : report.tables) EXPECT_TRUE(columns_of_figures_sort(table));
   ASSERT_EQ(remedies->rows.size(), 1u);
   EXPECT_NE(stress_summary(log).find("fails from 2 on"), std::string::npos) << stress_summary(log);
   EXPECT_NE(report.answer.find("breaks 1 of 2"), std::string::npos) << report.answer;

@@ -262,7 +262,7 @@ Table grid_table(const StressRow& grid) {
   }
   table.column("expected", "expected", [](const StressCell& c) { return c.record->expected_low; });
   table.column("verdict", "fails", [](const StressCell& c) { return c.verdict_text(); });
-  table.column("interval", "95 %", [](const StressCell& c) { return c.interval_text(); });
+  table.column("interval", "95 %", [](const StressCell& c) { return c.interval_cell(); });
   table.column("judged", "prediction", row_verdict);
   table.note(fmt::format("x: {}, {}. Sound: {}; ✗ marks what is not.", of.parameter, range_of(of), bound_of(of)));
   table.note("Prediction: " + of.source + ". It is confirmed where the interval holds it.");

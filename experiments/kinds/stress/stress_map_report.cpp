@@ -44,6 +44,11 @@ std::string StressCell::interval_text() const {
   return x_text(of.low) + "–" + x_text(of.high);
 }
 
+TableCell StressCell::interval_cell() const {
+  const std::string text = interval_text();
+  return TableCell::ordered(text, text.empty() ? std::nullopt : std::optional(x_interval().low));
+}
+
 std::string StressCell::verdict_text() const {
   if (!record->inapplicable.empty()) return "does not apply: " + record->inapplicable;
   if (!threshold) return "failed to run: " + record->error;

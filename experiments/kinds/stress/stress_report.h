@@ -21,6 +21,7 @@ struct StressCell {
   Interval x_interval() const;         // an end is infinite or 0 where the range says no more
   std::string threshold_text() const;  // "0.097", "holds", "fails", "–"
   std::string interval_text() const;   // "0.09–0.1"; "" where there is none
+  TableCell interval_cell() const;     // sorted by its lower end
   std::string verdict_text() const;    // "fails from 0.097 m on"
   std::string anchor() const;          // of the page
   std::string name() const;            // "sppm", "sppm: side test", "sppm, radius of the kernel 0.1 m"

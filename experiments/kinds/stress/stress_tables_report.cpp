@@ -93,7 +93,7 @@ Table thresholds_table(const StressMap& map) {
   });
   table.data("threshold_low", [&](Cell c) { return end(c, &Interval::low); });
   table.data("threshold_high", [&](Cell c) { return end(c, &Interval::high); });
-  table.column("interval", "95 %", [](Cell c) { return c->interval_text(); });
+  table.column("interval", "95 %", [](Cell c) { return c->interval_cell(); });
   table.column("share", "holds along", [](Cell c) { return held_share(*c); });
   table.column("first", "figure at the harmless end",
                [](Cell c) { return c->threshold ? TableCell(value_at(*c->record, 0)) : TableCell(); });
@@ -138,7 +138,8 @@ Table remedies_table(const std::vector<MendedCell>& cells) {
   table.column(
       "interval", "95 %",
       [](const MendedCell& c) {
-        return c.mended.is_known() ? format_interval(c.mended.interval.low, c.mended.interval.high) : "";
+        const auto& [low, high] = c.mended.interval;
+        return c.mended.is_known() ? TableCell::ordered(format_interval(low, high), low) : TableCell();
       },
       Audience::people);
   table.note(
