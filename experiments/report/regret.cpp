@@ -159,8 +159,11 @@ Figure regret_figure(const std::vector<Contest>& contests, const std::vector<Los
   constexpr std::size_t blue = 0, black = 6;  // of the charts' palette
   const bool several = on_several_structures(contests);
   Figure figure{.name = "regret", .title = "Error over the least of all methods"};
+  double least = 0.5;  // a choice may also err less than any one method
+  for (const Loss& loss : losses)
+    for (const double regret : loss.regrets) least = std::min(least, regret / 1.1);
   for (const double share : time_shares) {
-    Chart chart{.x = {"error over the least", Scale::log, Interval{0.5, most_drawn}}, .y = {"", Scale::linear}};
+    Chart chart{.x = {"error over the least", Scale::log, Interval{least, most_drawn}}, .y = {"", Scale::linear}};
     std::map<std::string, ChartSeries> series;
     Interval times{infinity, 0};  // of scenes, whose runs may have lasted differently
     for (const Contest& contest : contests) {

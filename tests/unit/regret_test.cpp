@@ -60,6 +60,18 @@ TEST(Regret, ComparesMethodsOnOneStructure) {
   EXPECT_NE(report.answer.find("auto errs 1.00 times"), std::string::npos) << report.answer;
 }
 
+TEST(Regret, AChoiceThatErrsLessThanAnyOneMethodIsOnTheChart) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {.integrator = "auto", .variance = 0.03, .exponent = -2.0 / 3}, 3);
+  const KindReport report = regret_report(arrange(log));
+  for (const Chart& panel : report.figures.at(0).figures.at(0).panels) {
+    const auto own = std::ranges::find(panel.series, "auto", &ChartSeries::key);
+    ASSERT_NE(own, panel.series.end());
+    EXPECT_NEAR(own->points.at(0).x, 0.3, 1e-6);
+    EXPECT_LT(panel.x.range->low, 0.3);
+  }
+}
+
 TEST(Regret, NamesEveryMethodThatASeedChose) {
   RunLog log = log_with_choices();
   log.cells.back().chosen = "path";
