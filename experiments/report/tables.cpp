@@ -252,6 +252,10 @@ void add_final_notes(FinalTable& table, const ReportData& data) {
       "The measured exponent is the slope of the mean squared error over iterations (the reference's variance subtracted), "
       "over the later half of the ladder in logarithms, of weighted least squares; the interval is a 95 % percentile bootstrap "
       "over seeds. There is none where the mean over seeds is not above that variance. † fewer than ten seeds.");
+  if (std::ranges::any_of(data.log->checkpoints, [](const CheckpointRecord& r) { return !r.confidence.empty(); }))
+    table.note(
+        "Methods that state their own error compute it on the clock: their times hold its cost, which other methods do not "
+        "pay.");
   if (!data.log->products.empty())
     table.note(
         "bias² of images is the mean of (average over seeds − reference)² less variance/seeds less the reference's variance, ± "

@@ -426,6 +426,11 @@ TEST(ConfidencePredictions, CountPixelsWithinTheStatedError) {
     for (const char* integrator : {"knows", "does not"}) add_cells(log, scene, {.integrator = integrator}, 3);
   for (CheckpointRecord& record : log.checkpoints)
     if (record.cell.integrator == "knows") record.confidence = confidence;
+  const auto has_note = [](const RunLog& noted) {
+    return to_markdown(final_table(arrange(noted))).find("compute it on the clock") != std::string::npos;
+  };
+  EXPECT_TRUE(has_note(log));
+  EXPECT_FALSE(has_note(small_log()));
   const Table table = predictions_table(confidence_predictions(arrange(log)));
   ASSERT_EQ(table.rows.size(), 2u) << "within one standard error, and within two";
   EXPECT_EQ(table.rows[0][column(table, "method")].raw, "knows");
