@@ -20,7 +20,9 @@ Table references_table(const ReportData& data) {
   TableOf<ReferenceRecord> table("references", "References", data.log->references);
   table.column("scene", "scene", &ReferenceRecord::scene);
   table.column("source", "source", &ReferenceRecord::source);
-  table.column("size", "pixels", [](const ReferenceRecord& r) { return TableCell(fmt::format("{}×{}", r.width, r.height)); });
+  table.column("size", "pixels", [](const ReferenceRecord& r) {
+    return TableCell::ordered(fmt::format("{}×{}", r.width, r.height), static_cast<double>(r.width) * r.height);
+  });
   table.column("mse_floor", "own variance",
                [](const ReferenceRecord& r) { return knows_variance(r) ? TableCell(r.mse_floor) : TableCell(); });
   table.column("floor_share", "of least mse", [&](const ReferenceRecord& r) {
