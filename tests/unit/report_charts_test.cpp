@@ -244,27 +244,6 @@ TEST(Charts, BreakEvenDrawsEachChoiceWhereItIsTheOneToPick) {
   EXPECT_NEAR(by_key["sah bvh8"]->points.front().y, by_key["lbvh binary"]->points.back().y, 1e-9);
 }
 
-// A click on a legend switches all series of a key, on the whole page.
-TEST(Charts, KeysOfStructuresNameTheSameOnesInAllScenesAndSweeps) {
-  RunLog log;
-  for (const char* count : {"1e3", "1e4", "1e5"})
-    log.structures.push_back(structure(std::string("mesh?triangles=") + count, "sah", "bvh8", 2, 0.1));
-  for (const char* size : {"1", "2", "3"})
-    log.structures.push_back(structure(std::string("hall?size=") + size, "lbvh", "binary", 1, 0.01));
-  log.structures.push_back(structure("mesh?triangles=1e3", "lbvh", "binary", 1, 0.01));
-  log.structures.push_back(structure("hall?size=1", "grid", "-", 0.9, 0.001));
-  std::map<std::string, std::string> names;  // by key
-  for (const FigureGroup& group : structures_report(arrange(log)).figures)
-    for (const Figure& figure : group.figures)
-      for (const Chart& chart : figure.panels)
-        for (const ChartSeries& series : chart.series)
-          if (series.draw == ChartSeries::Draw::line) {
-            const std::string name = series.label.substr(0, series.label.find(" from "));
-            EXPECT_EQ(names.try_emplace(series.key, name).first->second, name) << figure.name;
-          }
-  EXPECT_EQ(names.size(), 3u);
-}
-
 TEST(Charts, ScenesThatDifferInANumberMakeASweep) {
   RunLog log;
   const auto add = [&](const std::string& scene, double mrays) {

@@ -38,6 +38,10 @@ std::optional<PixelBox> label_place(dvec2 at, double width, double height, const
   return std::nullopt;
 }
 
+bool meets(const std::vector<PixelBox>& others, const PixelBox& box) {
+  return std::ranges::any_of(others, [&](const PixelBox& other) { return other.overlaps(box); });
+}
+
 }  // namespace
 
 std::string px(double value) {
@@ -219,39 +223,55 @@ std::string Plot::draw(const ChartSeries& series) const {
   return out + "</g>\n";
 }
 
-// Labels beside their points, each where it meets neither a mark nor another label, nor a line of stairs unless there is no
-// other place; one that finds no room is left to the legend.
-std::string Plot::labels() const {
-  std::vector<PixelBox> taken, lines;
+bool Surroundings::misleads(const PixelBox& box, dvec2 at) const {
+  const auto own = std::ranges::find_if(marks, [&](const Mark& mark) { return glm::distance(mark.at, at) < 0.5; });
+  return own != marks.end() && std::ranges::any_of(marks, [&](const Mark& mark) {
+           return mark.key != own->key && box.distance(mark.at) < box.distance(at);
+         });
+}
+
+Surroundings Plot::surroundings() const {
+  Surroundings around;
   for (const ChartSeries& series : chart_.series) {
     dvec2 last{0};
     for (const ChartPoint& point : series.points) {
       const dvec2 at = place(point.x, point.y);
-      if (series.has_marks()) taken.push_back({at.x - 4, at.y - 4, 8, 8});
+      if (series.has_marks()) {
+        around.taken.push_back({at.x - 4, at.y - 4, 8, 8});
+        around.marks.push_back({at, series.key});
+      }
       if (series.draw == Draw::stairs && &point != &series.points.front()) {
-        lines.push_back({std::min(last.x, at.x), last.y - 2, std::abs(at.x - last.x), 4});
-        lines.push_back({at.x - 2, std::min(last.y, at.y), 4, std::abs(at.y - last.y)});
+        around.lines.push_back({std::min(last.x, at.x), last.y - 2, std::abs(at.x - last.x), 4});
+        around.lines.push_back({at.x - 2, std::min(last.y, at.y), 4, std::abs(at.y - last.y)});
       }
       last = at;
     }
   }
+  return around;
+}
+
+// Labels beside their points, each where it meets neither a mark nor another label. If possible it is nearer to its own mark
+// than to another's, else a thin line leads to it, and it meets no line of stairs. One that finds no room is left to the
+// legend.
+std::string Plot::labels() const {
+  Surroundings around = surroundings();
   std::string out;
   for (const ChartLabel& label : chart_.labels) {
     const dvec2 at = place(label.x, label.y);
     if (at.y < box_.top) continue;
     const std::string text = shortened(label.text, 64);
     const double width = text_width(text, small_font), height = small_font + 2;
-    const auto meets = [](const std::vector<PixelBox>& others, const PixelBox& box) {
-      return std::ranges::any_of(others, [&](const PixelBox& other) { return other.overlaps(box); });
-    };
-    const auto clear = [&](const PixelBox& box) { return !meets(taken, box) && !meets(lines, box); };
-    auto chosen = label_place(at, width, height, box_, clear);
-    if (!chosen) chosen = label_place(at, width, height, box_, [&](const PixelBox& box) { return !meets(taken, box); });
+    std::optional<PixelBox> chosen;
+    for (const auto& [misleads, crosses] : {std::pair(false, false), {false, true}, {true, false}, {true, true}}) {
+      const auto is_free = [&](const PixelBox& box) {
+        return !meets(around.taken, box) && (crosses || !meets(around.lines, box)) && (misleads || !around.misleads(box, at));
+      };
+      if (!chosen) chosen = label_place(at, width, height, box_, is_free);
+    }
     if (!chosen) continue;
-    taken.push_back(*chosen);
-    const dvec2 nearest(std::clamp(at.x, chosen->left, chosen->right()), std::clamp(at.y, chosen->top, chosen->bottom()));
-    if (glm::distance(at, nearest) > 14)
-      out += fmt::format(R"(<path class="leader" d="{}"/>)", polyline(std::array{at, nearest}));
+    around.taken.push_back(*chosen);
+    if (chosen->distance(at) > 14 || around.misleads(*chosen, at))
+      out += fmt::format(R"(<path class="leader" d="{}"/>)", polyline(std::array{at, chosen->nearest(at)}));
     out += text_at(chosen->left, chosen->bottom() - 3.5, "", "label", text);
   }
   return out;

@@ -4,6 +4,10 @@
 #include "experiments/report/charts/chart_svg.h"
 #include "framework/core/vec.h"
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 namespace etendue {
 
 // Boxes are in pixels, y downwards.
@@ -17,6 +21,21 @@ struct PixelBox {
   bool inside(const PixelBox& b) const {
     return left >= b.left && right() <= b.right() && top >= b.top && bottom() <= b.bottom();
   }
+  dvec2 nearest(dvec2 p) const { return {std::clamp(p.x, left, right()), std::clamp(p.y, top, bottom())}; }
+  double distance(dvec2 p) const { return glm::distance(p, nearest(p)); }
+};
+
+// What lies around the labels of a plot.
+struct Surroundings {
+  struct Mark {
+    dvec2 at;
+    std::string key;  // of its series
+  };
+  std::vector<PixelBox> taken, lines;
+  std::vector<Mark> marks;
+
+  // Whether a label there of the mark at `at` lies nearer to the mark of another key.
+  bool misleads(const PixelBox& box, dvec2 at) const;
 };
 
 class Plot {
@@ -37,6 +56,7 @@ class Plot {
   std::string markers(const ChartSeries& series) const;
   std::string point_data(const ChartSeries& series) const;
   std::string draw(const ChartSeries& series) const;
+  Surroundings surroundings() const;
   std::string labels() const;
 
   const Chart& chart_;

@@ -47,13 +47,21 @@ std::string structure_name(const StructureRecord& record) {
 }
 
 void style_structure(ChartSeries& series, const ReportData& data, const StructureRecord& record) {
-  std::vector<std::string> names;
-  for (const StructureRecord& other : data.log->structures) index_in(names, other.structure);
-  std::vector<std::string> layouts = layouts_of(data);
-  const std::size_t name = index_in(names, record.structure), layout = index_in(layouts, record.layout);
-  series.colour = name % chart_colours;
-  series.dash = (layout + name / chart_colours) % chart_dashes;
-  series.marker = layout % chart_markers;
+  std::vector<std::string> names, layouts, known;
+  std::set<std::pair<std::size_t, std::size_t>> taken;  // colours with marks
+  for (const StructureRecord& other : data.log->structures) {
+    const std::size_t name = index_in(names, other.structure), layout = index_in(layouts, other.layout), count = known.size();
+    if (index_in(known, structure_name(other)) < count) continue;
+    const std::size_t colour = name % chart_colours;
+    std::size_t marker = layout % chart_markers;
+    for (std::size_t next = chart_markers; taken.contains({colour, marker}) && next > 0;) marker = --next;
+    taken.insert({colour, marker});
+    if (structure_name(other) != structure_name(record)) continue;
+    series.colour = colour;
+    series.dash = (layout + name / chart_colours) % chart_dashes;
+    series.marker = marker;
+    return;
+  }
 }
 
 double ray_cost(const StructureRecord& record, RayKind kind) {
@@ -68,6 +76,8 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
   if (records.size() < 2) return {};
   Chart chart{.x = {"build time [s]"}, .y = {"diffuse rays, one thread [ns per ray]"}};
   std::vector<dvec2> positions;
+  std::vector<std::string> layouts = layouts_of(data);
+  bool other_shapes = false;
   std::map<std::string, ChartSeries> links;  // a grey line through the layouts of one structure
   for (const StructureRecord* record : records) {
     const dvec2 at = positions.emplace_back(std::max(record->build_s.median, 1e-6), ray_cost(*record));
@@ -78,6 +88,7 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
             .draw = Draw::dots,
             .points = {{at.x, at.y}}};
     style_structure(mark, data, *record);
+    other_shapes = other_shapes || mark.marker != index_in(layouts, record->layout) % chart_markers;
     links[record->structure].points.emplace_back(at.x, at.y);
   }
   for (auto& [name, link] : links) {
@@ -90,12 +101,13 @@ Figure structures_figure(const ReportData& data, const SceneData& scene) {
   chart.series.insert(chart.series.begin(), std::move(front));  // below the marks
   constexpr const char* shapes[chart_markers] = {"circles",    "squares", "triangles",  "diamonds", "triangles pointing down",
                                                  "plus signs", "crosses", "hourglasses"};
-  if (const std::vector<std::string> layouts = layouts_of(data); layouts.size() > 1) {
+  if (layouts.size() > 1) {
     const auto shape = [&](std::size_t i) {
       return fmt::format("{} {}", shapes[i % chart_markers], layouts[i] == "-" ? "(no choice)" : layouts[i]);
     };
-    notes.push_back(fmt::format("Layouts: {}; a grey line joins those of one structure.",
-                                joined(std::views::iota(std::size_t{0}, layouts.size()), ", ", shape)));
+    notes.push_back(fmt::format("Layouts: {}; a grey line joins those of one structure.{}",
+                                joined(std::views::iota(std::size_t{0}, layouts.size()), ", ", shape),
+                                other_shapes ? " Other shapes tell apart what has one colour and layout." : ""));
   }
   return {"structures-" + scene.file_stem, scene.name, "building against tracing", {std::move(chart)}, notes};
 }

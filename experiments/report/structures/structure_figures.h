@@ -14,7 +14,8 @@ namespace etendue {
 
 // Names a structure with its layout: "binned-sah bvh16".
 std::string structure_name(const StructureRecord& record);
-// Colour says the structure, mark and dash its layout: the same in every chart of a log.
+// Colour says the structure, mark and dash its layout: the same in every chart of a log. Colours come again from the ninth
+// structure on, and a mark that one of that colour has already gives way to one that none has.
 void style_structure(ChartSeries& series, const ReportData& data, const StructureRecord& record);
 // The cost of a ray, in nanoseconds; 0 where not measured.
 double ray_cost(const StructureRecord& record, RayKind kind = RayKind::diffuse);
