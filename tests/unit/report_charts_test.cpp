@@ -1,9 +1,11 @@
+#include "experiments/report/charts/chart_plot.h"
 #include "experiments/report/charts/charts.h"
 #include "experiments/report/structures/structure_figures.h"
 #include "tests/unit/report_helpers.h"
 
 #include <algorithm>
 #include <map>
+#include <sstream>
 
 namespace etendue {
 namespace {
@@ -198,6 +200,20 @@ TEST(Charts, FrontNamesAndMarksWhatNothingBeats) {
   ASSERT_NE(front, chart.series.end());
   for (std::size_t i = 1; i < front->points.size(); ++i) EXPECT_LT(front->points[i].y, front->points[i - 1].y);
   EXPECT_EQ(front_figure(data, data.scenes[0], "bias", Scale::log).panels.at(0).y.title, "|bias|");
+}
+
+TEST(Charts, BandsEndAtTheFrame) {
+  Chart chart{.x = {"x", Scale::linear, Interval{0, 2}}, .y = {"y", Scale::linear, Interval{0, 1}}};
+  chart.series.push_back({.key = "k", .points = {{0, 0.5, 0.2, 0.8}, {1, 0.5, 0.2, 3}, {2, 0.5, 0.2, 0.8}}});
+  const Plot plot(chart, {0, 0, 400, 300}, false);
+  const std::string svg = plot.svg();
+  const std::size_t begin = svg.find("class=\"band\" d=\"") + 16;
+  std::string path = svg.substr(begin, svg.find('"', begin) - begin);
+  EXPECT_EQ(occurrences(path, " " + px(plot.box().top)), 2u) << "the band leaves the frame and comes back: " << path;
+  std::ranges::replace_if(
+      path, [](char c) { return c == 'M' || c == 'L' || c == 'Z'; }, ' ');
+  std::istringstream numbers(path);
+  for (double x, y; numbers >> x >> y;) EXPECT_GE(y, plot.box().top - 0.05) << path;
 }
 
 TEST(Charts, OutlyingStructureIsNamedNotDrawn) {

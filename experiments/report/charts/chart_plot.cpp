@@ -25,6 +25,17 @@ std::vector<Tick> fitting_ticks(Interval range, Scale scale, double pixels, doub
   return ticks(range, scale, std::max(2, static_cast<int>(pixels / each)));
 }
 
+// The part of a polygon that lies below a level.
+std::vector<dvec2> part_below(const std::vector<dvec2>& outline, double level) {
+  std::vector<dvec2> kept;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const dvec2 a = outline[i], b = outline[(i + 1) % outline.size()];
+    if (a.y >= level) kept.push_back(a);
+    if ((a.y < level) != (b.y < level)) kept.push_back(glm::mix(a, b, (level - a.y) / (b.y - a.y)));
+  }
+  return kept;
+}
+
 // A place beside `at` for a label of this size, the nearest inside the plot where is_free(box).
 template <class IsFree>
 std::optional<PixelBox> label_place(dvec2 at, double width, double height, const PixelBox& plot, const IsFree& is_free) {
@@ -170,11 +181,12 @@ std::string Plot::band_path(const ChartSeries& series) const {
   if (std::ranges::none_of(points, [](const ChartPoint& p) { return p.high > p.low; })) return {};
   if (points.size() == 1) {  // no width to fill: a bar
     const dvec2 high = place(points[0].x, points[0].high), low = place(points[0].x, points[0].low);
-    return fmt::format("M{} {}h6V{}h-6z", px(high.x - 3), px(high.y), px(low.y));
+    return fmt::format("M{} {}h6V{}h-6z", px(high.x - 3), px(std::max(high.y, box_.top)), px(std::max(low.y, box_.top)));
   }
   auto outline = mapped(points, [&](const ChartPoint& point) { return place(point.x, point.high); });
   for (auto point = points.rbegin(); point != points.rend(); ++point) outline.push_back(place(point->x, point->low));
-  return polyline(outline) + "Z";
+  outline = part_below(outline, box_.top);  // marks alone may lie across the frame
+  return outline.empty() ? "" : polyline(outline) + "Z";
 }
 
 // Markers on at most about twenty points of a line: more run into each other.
