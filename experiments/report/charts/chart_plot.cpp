@@ -135,7 +135,7 @@ Plot::Plot(const Chart& chart, const PixelBox& outer, bool compact)
   double widest = 0;
   for (const Tick& tick : y_ticks_) widest = std::max(widest, text_width(tick.label, font));
   // Some air: a page sets its figures larger on a narrow screen.
-  const double left = 16 + widest * (chart.rows.empty() && !compact ? 1.3 : 1.05), right = 16;
+  const double left = 16 + widest * (compact ? 1.05 : 1.3), right = 16;
   box_.left += left;
   box_.width -= left + right;
   x_ticks_ = fitting_ticks(x_, chart.x.scale, box_.width, 70);
