@@ -28,7 +28,8 @@ const view = {
     }, 150);
   }
 };
-addEventListener('hashchange', () => { if (location.hash.includes('=')) location.reload(); });  // a view that was typed
+// A view that was typed is shown; a link to a section takes the view out of the address, where it is written again.
+addEventListener('hashchange', () => location.hash.includes('=') ? location.reload() : view.write({}));
 
 // --- the toolbar: what charts, tables and maps of error show ---
 const chosen = {};
@@ -48,6 +49,11 @@ function restoreChoices() {
     for (const input of all('[name=' + name + ']', toolbar)) if (input.value === parameters.get(name)) input.checked = true;
 }
 toolbar.hidden = !toolbar.querySelector('option');
+// Headings that links lead to lie below the toolbar, however many lines it takes.
+new ResizeObserver(() => {
+  const covered = getComputedStyle(toolbar).position === 'sticky' ? toolbar.offsetHeight : 0;
+  document.documentElement.style.scrollPaddingTop = covered + 8 + 'px';
+}).observe(toolbar);
 for (const input of all('[name=scale]', toolbar))
   input.closest('fieldset').hidden = !document.querySelector('[data-variant*=linear]');
 toolbar.addEventListener('change', event => {
