@@ -36,9 +36,11 @@ function drawMultiples(figure) {
     copy.removeAttribute('tabindex');
     copy.setAttribute('aria-label', name + ': ' + svg.getAttribute('aria-label'));
     for (const text of all('.axis-title, .label, .leader', copy)) text.remove();
-    // There is room for decades alone, where two of them are named.
+    // On logarithmic axes there is room for decades alone, where two of them are named; on linear ones one zero is enough.
     const ticks = all('text[text-anchor=middle]', copy), within = ticks.filter(tick => /^(0\.0*)?[25](0*|·.*)$/.test(tick.textContent));
-    if (ticks.length > within.length + 1 && !ticks.some(tick => tick.textContent === '0')) for (const tick of within) tick.remove();
+    const isZero = tick => Number(tick.textContent) === 0, zero = ticks.find(isZero), levels = all('text[text-anchor=end]', copy);
+    if (ticks.length > within.length + 1 && !zero) for (const tick of within) tick.remove();
+    if (zero && levels.length && isZero(levels[0])) zero.remove();
     for (const series of all('.series', copy)) {
       if (own.includes(series)) continue;
       series.setAttribute('class', 'context');
@@ -53,7 +55,8 @@ function drawMultiples(figure) {
 // --- legends: a click switches a series everywhere on the page, a double click shows it alone, a second one all again ---
 const hidden = new Set();
 function applyHidden() {
-  for (const series of all('.series[data-key]')) series.classList.toggle('hidden', hidden.has(series.dataset.key));
+  for (const series of all('g[data-key]')) series.classList.toggle('hidden', hidden.has(series.dataset.key));
+  for (const multiple of all('.multiple')) multiple.hidden = all('.series', multiple).every(series => hidden.has(series.dataset.key));
   for (const button of all('ul.legend button')) button.setAttribute('aria-pressed', String(!hidden.has(button.dataset.key)));
 }
 const keysOf = figure => [...new Set(all('ul.legend button', figure).map(b => b.dataset.key))];
