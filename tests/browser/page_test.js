@@ -59,6 +59,47 @@ const checks = {
     assert.equal(await page.evaluate(() => document.querySelectorAll('figure.main .multiple').length > 0), true);
   },
 
+  async 'what is switched off is off in small multiples, and has none'(page) {
+    const button = 'figure.main ul.legend li:first-child button';
+    const drawn = () => page.evaluate(key => {
+      const places = all('figure.main').find(figure => figure.querySelector('.multiple')).querySelectorAll('.multiple');
+      const visible = [...places].filter(place => place.offsetHeight > 0);
+      const isDrawn = part => getComputedStyle(part).display !== 'none';
+      return {panels: visible.length, parts: visible.flatMap(place => all('g[data-key=' + key + ']', place)).filter(isDrawn).length};
+    }, key);
+    const key = await page.$eval(button, element => element.dataset.key), before = await drawn();
+    assert(before.parts === before.panels, JSON.stringify(before));
+    await page.click(button);
+    assert.deepEqual(await drawn(), {panels: before.panels - 1, parts: 0});
+    await settled(page);
+    await settled(page);
+    await page.click(button);
+    assert.deepEqual(await drawn(), before);
+  },
+
+  async 'linear small multiples keep their ticks'(page) {
+    await page.click('.toolbar [name=scale][value=linear]');
+    const ticks = await page.evaluate(() => all('text[text-anchor=middle]', document.querySelector('.multiple svg')).map(t => t.textContent));
+    const whole = await page.evaluate(() => all('.stage svg .axes > text[text-anchor=middle]:not(.axis-title)', document.querySelector('figure.main')).map(t => t.textContent));
+    assert.deepEqual(ticks, whole.slice(Number(whole[0]) === 0 ? 1 : 0));
+    await page.click('.toolbar [name=scale][value=log]');
+  },
+
+  async 'links lead to headings in sight, and keep the view'(page) {
+    await page.setViewport({width: 760, height: 700});
+    await page.select('.toolbar select', 'mse');
+    await settled(page);
+    await page.click('nav a[href="#tables"]');
+    await settled(page);
+    const {heading, covered} = await page.evaluate(() => ({
+      heading: document.querySelector('#tables h2').getBoundingClientRect().top, covered: toolbar.getBoundingClientRect().bottom}));
+    assert(heading >= covered - 1 && heading < covered + 40, heading + ' beneath ' + covered);
+    assert(await page.evaluate(() => location.hash.includes('metric=mse')), 'the address loses the view');
+    await page.select('.toolbar select', 'relmse');
+    await page.setViewport({width: 1280, height: 900});
+    await settled(page);
+  },
+
   async 'one colour and mark a method everywhere'(page) {
     const looks = await page.evaluate(() => all('figure.main .stage .series[data-key^=i]').filter(s => !s.matches('.stairs')).map(s =>
       [s.dataset.key, [...s.classList].filter(c => /^c\d$/.test(c)).join()]));
@@ -308,6 +349,23 @@ const checks = {
     const folded = await columns();
     await page.click('#table-final .chips button:nth-child(2)');
     assert(await columns() > folded);
+    const rows = text => page.$eval('#table-final', (figure, text) => {
+      const filter = figure.querySelector('input[type=search]');
+      filter.value = text;
+      filter.dispatchEvent(new Event('input'));
+      return all('tbody tr', figure).filter(row => row.offsetHeight > 0).length;
+    }, text);
+    await page.evaluate(() => addFilter(document.querySelector('#table-final')));  // which longer ones have
+    assert.equal(await rows(''), before.length);
+    const across = await page.$eval('#table-final tbody tr', row => row.cells[0].textContent + row.cells[1].textContent);
+    assert.equal(await rows(across), 0, 'found across two cells');
+    assert(await rows('path') > 0);
+    assert.equal(await rows('unbiased'), 0, 'found in a column that is folded');
+    const chip = await page.$$eval('#table-final .chips button', chips => chips.findIndex(chip => chip.textContent.includes('Theory')));
+    await page.click('#table-final .chips button:nth-child(' + (chip + 1) + ')');
+    assert(await page.$$eval('#table-final tbody tr', rows => rows.some(row => row.offsetHeight > 0)), 'not found where it unfolds');
+    await page.click('#table-final .chips button:nth-child(' + (chip + 1) + ')');
+    await rows('');
     await page.click('#table-final .chips button:nth-child(2)');
   },
 

@@ -28,6 +28,7 @@ document.addEventListener('click', event => {
     const figure = chip.closest('figure'), folded = figure.classList.toggle('fold' + chip.value);
     chip.setAttribute('aria-pressed', String(!folded));
     freeze(figure);
+    figure.querySelector('input[type=search]')?.dispatchEvent(new Event('input'));
   }
 });
 
@@ -56,15 +57,19 @@ const tableFigures = all('figure.table');
 addEventListener('resize', () => tableFigures.forEach(freeze));
 onChoice.push(() => all('figure.table[data-uses]').forEach(freeze));
 
-const mostUnfilteredRows = 15;
-for (const figure of tableFigures) {
-  const body = figure.querySelector('tbody');
-  if (!body || figure.dataset.uses || body.rows.length <= mostUnfilteredRows) continue;
+function addFilter(figure) {
+  const body = figure.querySelector('tbody'), heads = all('thead th', figure);
   const filter = make('input', {type: 'search', placeholder: 'filter rows'});
   filter.setAttribute('aria-label', 'filter rows');
   filter.addEventListener('input', () => {
     const words = filter.value.toLowerCase().split(/\s+/);
-    for (const row of body.rows) row.hidden = !words.every(word => row.textContent.toLowerCase().includes(word));
+    for (const row of body.rows) {  // cells of folded columns are out of sight
+      const texts = [...row.cells].filter((_, column) => heads[column].offsetWidth > 0).map(cell => cell.textContent.toLowerCase());
+      row.hidden = !words.every(word => texts.some(text => text.includes(word)));
+    }
   });
   figure.querySelector('figcaption').append(filter);
 }
+const mostUnfilteredRows = 15;
+for (const figure of tableFigures)
+  if (!figure.dataset.uses && figure.querySelector('tbody')?.rows.length > mostUnfilteredRows) addFilter(figure);
