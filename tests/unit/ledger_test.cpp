@@ -162,6 +162,19 @@ TEST(LedgerReport, NamesWhatIsContradictedAndWhyItStands) {
   EXPECT_EQ(report.tables.at(1).rows.size(), 2u);
 }
 
+TEST(LedgerReport, FindingsTellComponentsOfOneNameApart) {
+  RunLog log;
+  for (const char* method : {"irradiance-cache", "hash-cache"}) {
+    auto record = std::make_shared<LedgerRecord>(record_of(1, 0.5));
+    record->cell.accel = method;
+    log.records.push_back(record);
+  }
+  const KindReport report = ledger_report(log);
+  ASSERT_EQ(report.findings.size(), 2u);
+  EXPECT_EQ(report.findings[0].first, "part, irradiance-cache");
+  EXPECT_EQ(report.findings[1].first, "part, hash-cache");
+}
+
 const std::string ledger_base =
     "scenes = [\"builtin:cornell-box\"]\nbudget = { samples = 1 }\nresolution = [8, 8]\nseeds = 2\n";
 const std::string row = "[[ledger]]\ncomponent = \"c\"\non = { mis = \"auto\" }\noff = { mis = \"light\" }\n";

@@ -323,7 +323,7 @@ KindReport ledger_report(const RunLog& log) {
        {ratios_figure(components, "error", &LedgerFigures::error), ratios_figure(components, "time", &LedgerFigures::time)}});
   for (const Component& c : components)
     if (c.count(LedgerVerdict::contradicted) > 0)
-      report.findings.emplace_back(c.first().component(),
+      report.findings.emplace_back(row_name(c, components),
                                    fmt::format("contradicted on {}", c.scenes(LedgerVerdict::contradicted)));
   return report;
 }
