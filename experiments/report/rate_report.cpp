@@ -71,14 +71,34 @@ ChartSeries fit_line(const FittedRate& rate, const ChartSeries& series) {
   return line;
 }
 
-// A right triangle below the middle of the fit, its hypotenuse of theory's slope.
-void add_triangle(Chart& chart, const FittedRate& rate) {
+// A right triangle on logarithmic axes: from (x0, y0) along its hypotenuse to (x1, y1).
+struct SlopeTriangle {
+  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;
+
+  bool overlaps(const SlopeTriangle& other) const {
+    constexpr double apart = 1.2;  // their labels lie below
+    return x0 < other.x1 && other.x0 < x1 && std::min(y0, y1) < apart * std::max(other.y0, other.y1) &&
+           std::min(other.y0, other.y1) < apart * std::max(y0, y1);
+  }
+};
+
+// Below the middle of the fit, its hypotenuse of theory's slope; the `depth`-th of several that lie below each other.
+SlopeTriangle slope_triangle(const FittedRate& rate, int depth) {
   const RateFit& fit = *rate.fit;
   const double span = std::log(fit.to / fit.from), e = theory_of(rate);
   // Where a plateau takes over, the decay is seen at the beginning.
   const double middle = rate.law->model == Prediction::Model::plateau ? 0.2 : 0.5;
   const double half = std::max(0.12 * span, 0.35), x0 = fit.from * std::exp(middle * span - half), x1 = x0 * std::exp(2 * half);
-  const double y0 = 0.62 * std::min(fit.value(x0), fit.value(x1) * std::pow(x0 / x1, e)), y1 = y0 * std::pow(x1 / x0, e);
+  const double y0 = std::pow(0.62, depth) * std::min(fit.value(x0), fit.value(x1) * std::pow(x0 / x1, e));
+  return {x0, x1, y0, y0 * std::pow(x1 / x0, e)};
+}
+
+void add_triangle(Chart& chart, const FittedRate& rate, std::vector<SlopeTriangle>& drawn) {
+  constexpr int deepest = 5;
+  int depth = 1;
+  const auto overlaps = [&](const SlopeTriangle& other) { return slope_triangle(rate, depth).overlaps(other); };
+  while (depth < deepest && std::ranges::any_of(drawn, overlaps)) ++depth;
+  const auto [x0, x1, y0, y1] = drawn.emplace_back(slope_triangle(rate, depth));
   ChartSeries triangle;
   triangle.draw = ChartSeries::Draw::context;
   for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y1}, {x0, y1}, {x0, y0}}) triangle.points.push_back({x, y, y, y});
@@ -97,6 +117,7 @@ Figure rate_figure(const ChartKey& key, const std::vector<const FittedRate*>& ra
   chart.x = {key.x == "time" ? "time [s], preparation included" : key.x, Scale::log, std::nullopt};
   chart.y = {key.metric, Scale::log, std::nullopt};
   std::set<std::string> drawn, slopes;
+  std::vector<SlopeTriangle> triangles;
   std::size_t fewest = std::numeric_limits<std::size_t>::max();
   for (const FittedRate* rate : rates) {
     ChartSeries series;
@@ -121,7 +142,7 @@ Figure rate_figure(const ChartKey& key, const std::vector<const FittedRate*>& ra
     JudgedPrediction exponent = judged(*rate);
     exponent.marks.clear();
     const std::string theory = exponent.expected_text();
-    if (slopes.insert(theory).second) add_triangle(chart, *rate);
+    if (slopes.insert(theory).second) add_triangle(chart, *rate, triangles);
     const bool plateau = rate->law->model == Prediction::Model::plateau;
     figure.notes.push_back(
         fmt::format("{}: fitted exponent {}, theory {}{}.", rate->method, exponent.measured_text(), theory,

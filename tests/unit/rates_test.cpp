@@ -176,6 +176,20 @@ TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
 }
 
 // Below the reference's own noise an error comes out negative: noise decides which points are left.
+// Two laws of nearly one slope, on curves that nearly coincide.
+TEST(Rates, TrianglesOfTheoryLieApart) {
+  RunLog log = small_log();
+  add_cells(log, "builtin:room", {"ppm", "sah", 0.1, 0.11, -0.6}, 3);
+  log.stated.predictions = {law("sppm", -2.0 / 3, "-2/3"), law("ppm", -0.6, "-3/5")};
+  const std::vector<Figure> figures = rate_figures(fit_rates(arrange(log)));
+  ASSERT_EQ(figures.size(), 1u);
+  std::vector<Interval> heights;
+  for (const ChartSeries& series : figures[0].panels.at(0).series)
+    if (series.draw == ChartSeries::Draw::context) heights.push_back({series.points[1].y, series.points[0].y});
+  ASSERT_EQ(heights.size(), 2u);
+  EXPECT_LT(std::min(heights[0].high, heights[1].high), std::max(heights[0].low, heights[1].low));
+}
+
 TEST(Rates, FitsThatLeavePointsOutAreUndecided) {
   RunLog log = small_log();
   log.references[0] = reference("builtin:room", 0.005);  // the MSE ends at 0.5 / 128
