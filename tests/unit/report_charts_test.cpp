@@ -216,6 +216,27 @@ TEST(Charts, BandsEndAtTheFrame) {
   for (double x, y; numbers >> x >> y;) EXPECT_GE(y, plot.box().top - 0.05) << path;
 }
 
+// A page sets letters of 16 pixels on a phone.
+TEST(Charts, NamesOfRowsFitTheirMargin) {
+  const std::string name = "sah reinsertion=9 isa=avx512";
+  Chart chart{.rows = {name, "grid"}};
+  chart.series.push_back({.key = "k", .label = "k", .points = {{1, 0}, {2, 1}}});
+  EXPECT_GE(Plot(chart, {0, 0, 720, 200}, false).box().left - 8, text_width(name, 16));
+}
+
+TEST(Charts, FiguresFromElsewhereLookAlikeInAllScenes) {
+  RunLog log;
+  for (const char* scene : {"room", "hall"}) add_cells(log, scene, {}, 1);
+  for (const auto& [scene, method] : {std::pair("room", "path"), {"room", "bdpt"}, {"hall", "bdpt"}})
+    log.stated.elsewhere.push_back({scene, "a program", method, "relmse", "a machine", "a day", "a page", 1, 0.01});
+  const ReportData data = arrange(log);
+  Figure all{.name = "all scenes"};
+  for (const SceneData& scene : data.scenes)
+    all.panels.push_back(error_figure(data, scene, "relmse", Abscissa::time, Scale::log).panels.at(0));
+  EXPECT_EQ(legend_series(all.panels).size(), 3u);
+  EXPECT_TRUE(looks_alike_in_all_panels(all));
+}
+
 TEST(Charts, OutlyingStructureIsNamedNotDrawn) {
   RunLog log;
   log.structures = {structure("room", "sah", "bvh8", 2, 0.1), structure("room", "lbvh", "bvh8", 1, 0.01),

@@ -125,15 +125,16 @@ void add_reference_floor(Chart& chart, const SceneData& scene, const std::string
 
 // Adds what others measured of this scene: markers alone, since nobody saw how it got there.
 void add_elsewhere(Chart& chart, const ReportData& data, const SceneData& scene, const std::string& metric) {
-  std::size_t style = data.integrators.size() * data.accels.size();
+  std::vector<std::string> names;  // of all scenes: one looks the same in each
   for (const ElsewhereFigure& figure : data.log->stated.elsewhere) {
+    const std::string name = fmt::format("elsewhere: {}, {}", figure.program, figure.method);
+    const std::size_t style = data.integrators.size() * data.accels.size() + index_in(names, name);
     if (!figure.of_scene(scene.name) || figure.metric != metric) continue;
     ChartSeries& mark = chart.series.emplace_back();
-    mark.label = fmt::format("elsewhere: {}, {}", figure.program, figure.method);
-    mark.key = mark.label;
+    mark.key = mark.label = name;
     mark.detail = fmt::format("{}, {}", figure.machine, figure.date);
     mark.draw = ChartSeries::Draw::dots;
-    mark.style(style++);
+    mark.style(style);
     mark.points = {{figure.time_s, figure.error}};
   }
 }
