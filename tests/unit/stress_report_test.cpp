@@ -95,6 +95,30 @@ TEST(StressReport, MethodsAreComparedOnTheHazardsThatConcernAll) {
   EXPECT_NE(report.findings[0].second.find("0 of 1 to the end"), std::string::npos) << report.findings[0].second;
 }
 
+TEST(StressReport, MethodsLookTheSameInAllHazards) {
+  RunLog log;
+  for (const char* column : {"path", "bdpt", "sppm"}) add_record(log, record_of(column, 2));
+  for (const char* column : {"sppm", "path"}) add_record(log, record_of(column, 2)).id = 2;
+  add_record(log, record_of("sppm", 1, "more")).id = 2;
+  Figure all{.name = "all hazards"};
+  for (const FigureGroup& group : stress_report(log).figures)
+    for (const Figure& figure : group.figures) all.panels.insert(all.panels.end(), figure.panels.begin(), figure.panels.end());
+  ASSERT_EQ(all.panels.size(), 2u);
+  EXPECT_EQ(legend_series(all.panels).size(), 4u);
+  EXPECT_TRUE(looks_alike_in_all_panels(all));
+}
+
+TEST(StressReport, RoundingErrorsDoNotStretchTheAxis) {
+  RunLog log;
+  add_record(log, record_of("path", 2));
+  for (StressPoint& point : add_record(log, record_of("bdpt", 1)).points) point.values = {1e-16, 2e-16};
+  const StressMap map = arrange_stress(log);
+  const Figure figure = curve_figure(map, map.rows.at(0));
+  EXPECT_GT(figure.panels.at(0).y.range->low, 0.1);
+  EXPECT_NE(figure.notes.back().find("rounding"), std::string::npos);
+  EXPECT_TRUE(well_formed(to_svg(figure)));
+}
+
 TEST(StressReport, AClickSortsTheMatrixByThresholds) {
   RunLog log;
   add_record(log, record_of("path", 2));

@@ -12,10 +12,19 @@ namespace etendue {
 
 namespace {
 
-ChartSeries curve_of(const StressCell& cell, std::size_t index) {
+// What has a curve looks the same in all hazards: the methods of the matrix in its order, then remedies.
+std::size_t style_of(const StressMap& map, const StressCell& cell) {
+  std::vector<std::string> names = cell.record->of_structure ? map.structure_columns : map.columns;
+  for (const StressRow& row : map.rows)
+    if (row.record().of_structure == cell.record->of_structure)
+      for (const StressCell& remedy : row.remedies) index_in(names, remedy.name());
+  return index_in(names, cell.name());
+}
+
+ChartSeries curve_of(const StressMap& map, const StressCell& cell) {
   const StressRecord& r = *cell.record;
   ChartSeries series{.key = r.cell.integrator, .label = r.cell.integrator, .detail = r.method};
-  series.style(index);
+  series.style(style_of(map, cell));
   for (const StressPoint& point : r.points) {
     const auto [low, high] = std::ranges::minmax(point.values);
     series.points.emplace_back(point.x, mean(point.values), low, high);
@@ -35,7 +44,7 @@ ChartSeries guide_of(const ChartSeries& series, std::vector<ChartPoint> points) 
 
 }  // namespace
 
-Figure curve_figure(const StressRow& row) {
+Figure curve_figure(const StressMap& map, const StressRow& row) {
   const StressRecord& of = row.record();
   Chart chart;
   const bool rises = of.range.to > of.range.from;
@@ -44,12 +53,11 @@ Figure curve_figure(const StressRow& row) {
   chart.y.title = of.figure_text;
   bool positive = true;
   std::vector<double> levels;
-  std::size_t index = 0;
   std::vector<ChartSeries> marks;
   for (const auto* cells : {&row.cells, &row.remedies})
     for (const StressCell& cell : *cells) {
       if (!cell.threshold) continue;
-      ChartSeries series = curve_of(cell, index++);
+      ChartSeries series = curve_of(map, cell);
       for (const ChartPoint& point : series.points) {
         positive = positive && point.low > 0;
         levels.push_back(point.y);

@@ -190,9 +190,10 @@ std::string cell_html(const StressCell& cell) {
   return out + "</article>\n";
 }
 
-FigureGroup hazard_group(const StressRow& row) {
+FigureGroup hazard_group(const StressMap& map, const StressRow& row) {
   const StressRecord& r = row.record();
-  FigureGroup group{.heading = fmt::format("{}. {}", r.id, r.hazard), .figures = {r.y ? grid_figure(row) : curve_figure(row)}};
+  FigureGroup group{.heading = fmt::format("{}. {}", r.id, r.hazard),
+                    .figures = {r.y ? grid_figure(row) : curve_figure(map, row)}};
   group.below = fmt::format(
       "<p>{}. x: {}, {}. Sound: {}. <span class=\"note\">{}</span></p>\n<details><summary>The cells: images before and after "
       "each threshold, and commands that repeat them</summary><div class=\"findings\">\n",
@@ -255,7 +256,7 @@ KindReport stress_report(const RunLog& log) {
   add_hidden(map, report);
   add_grids(map, report);
   for (const auto* rows : {&map.grids, &map.rows})
-    for (const StressRow& row : *rows) report.figures.push_back(hazard_group(row));
+    for (const StressRow& row : *rows) report.figures.push_back(hazard_group(map, row));
   for (const std::string& line : failed_cells<StressRecord>(log)) {
     report.predictions.notes.push_back(line);
     report.section += "<p>" + escape_html(line) + "</p>\n";

@@ -92,7 +92,7 @@ std::string drawn_text(double x, double y, const std::string& text, const std::s
 
 // The matrix, of methods or of structures; in a page its cells lead to what stands there of each.
 Drawing draw_matrix(const StressMap& map, bool structures, bool linked);
-Figure curve_figure(const StressRow& row);
+Figure curve_figure(const StressMap& map, const StressRow& row);
 Figure grid_figure(const StressRow& grid);
 
 KindReport stress_report(const RunLog& log);
