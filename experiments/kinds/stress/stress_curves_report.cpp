@@ -21,6 +21,11 @@ std::size_t style_of(const StressMap& map, const StressCell& cell) {
   return index_in(names, cell.name());
 }
 
+std::string x_title(const StressRecord& r) {
+  return fmt::format("{}{}, harm grows to the {}", r.parameter, r.unit.empty() ? "" : " [" + r.unit + "]",
+                     r.range.to > r.range.from ? "right" : "left");
+}
+
 ChartSeries curve_of(const StressMap& map, const StressCell& cell) {
   const StressRecord& r = *cell.record;
   ChartSeries series{.key = r.cell.integrator, .label = r.cell.integrator, .detail = r.method};
@@ -31,6 +36,22 @@ ChartSeries curve_of(const StressMap& map, const StressCell& cell) {
   }
   std::ranges::stable_sort(series.points, {}, &ChartPoint::x);
   return series;
+}
+
+// The rounding errors of exact methods would press all others together: they lie on the lower edge. Whether there are any.
+bool leave_out_rounding(Chart& chart) {
+  constexpr double rounding = 1e-9;
+  std::vector<double> seen;
+  std::size_t all = 0;
+  for (const ChartSeries& series : chart.series)
+    for (const ChartPoint& point : series.points)
+      for (const double value : {point.low, point.y, point.high}) {
+        ++all;
+        if (value >= rounding) seen.push_back(value);
+      }
+  if (seen.empty() || seen.size() == all) return false;
+  chart.y.range = padded_range(seen, Scale::log);
+  return true;
 }
 
 // A thin line in the series' colour, switched with it.
@@ -47,9 +68,7 @@ ChartSeries guide_of(const ChartSeries& series, std::vector<ChartPoint> points) 
 Figure curve_figure(const StressMap& map, const StressRow& row) {
   const StressRecord& of = row.record();
   Chart chart;
-  const bool rises = of.range.to > of.range.from;
-  chart.x.title = fmt::format("{}{}, harm grows to the {}", of.parameter, of.unit.empty() ? "" : " [" + of.unit + "]",
-                              rises ? "right" : "left");
+  chart.x.title = x_title(of);
   chart.y.title = of.figure_text;
   bool positive = true;
   std::vector<double> levels;
@@ -85,6 +104,7 @@ Figure curve_figure(const StressMap& map, const StressRow& row) {
            .points = {{std::min(of.range.from, of.range.to), bound}, {std::max(of.range.from, of.range.to), bound}}});
       levels.push_back(bound);
     }
+  const bool has_rounding = positive && leave_out_rounding(chart);
   const auto [lowest, highest] = std::ranges::minmax(levels);
   for (const auto* cells : {&row.cells, &row.remedies})
     for (const StressCell& cell : *cells) {
@@ -95,12 +115,15 @@ Figure curve_figure(const StressMap& map, const StressRow& row) {
           marks.push_back(guide_of(*series, {{*end, lowest}, {*end, highest}}));
     }
   chart.series.insert(chart.series.end(), std::make_move_iterator(marks.begin()), std::make_move_iterator(marks.end()));
-  return {.name = fmt::format("{}-{}", of.cell.accel, slug(of.hazard)),
-          .scene = of.hazard,
-          .title = fmt::format("{} against {}", of.figure, of.parameter),
-          .panels = {std::move(chart)},
-          .notes = {"Means over seeds; bands are their extremes. Grey: the bound of a sound method. Marks on it: thresholds "
-                    "with their 95 % intervals. Dotted uprights: the interval in which theory expects a method's threshold."}};
+  Figure figure{
+      .name = fmt::format("{}-{}", of.cell.accel, slug(of.hazard)),
+      .scene = of.hazard,
+      .title = fmt::format("{} against {}", of.figure, of.parameter),
+      .panels = {std::move(chart)},
+      .notes = {"Means over seeds; bands are their extremes. Grey: the bound of a sound method. Marks on it: thresholds "
+                "with their 95 % intervals. Dotted uprights: the interval in which theory expects a method's threshold."}};
+  if (has_rounding) figure.notes.emplace_back("Marks on the lower edge: exact but for rounding.");
+  return figure;
 }
 
 }  // namespace etendue
