@@ -119,6 +119,13 @@ TEST(StressReport, RoundingErrorsDoNotStretchTheAxis) {
   EXPECT_TRUE(well_formed(to_svg(figure)));
 }
 
+TEST(StressReport, TheMatrixKeepsRangesOfParametersWithLongNames) {
+  RunLog log;
+  add_record(log, record_of("path", 2)).parameter = std::string(80, 'w');
+  const std::string svg = draw_matrix(arrange_stress(log), false, false).svg;
+  EXPECT_NE(svg.find("w…, 1 → 16</text>"), std::string::npos) << svg;
+}
+
 TEST(StressReport, AClickSortsTheMatrixByThresholds) {
   RunLog log;
   add_record(log, record_of("path", 2));

@@ -14,6 +14,7 @@ namespace etendue {
 namespace {
 
 constexpr double names_width = 292, cell_width = 78, cell_height = 42, header_height = 44, margin = 12;
+constexpr std::size_t widest_parameter = 58;  // letters, with its range, in the width of names
 
 struct Paint {
   const char *fill, *ink;
@@ -100,8 +101,9 @@ Drawing draw_matrix(const StressMap& map, bool structures, bool linked) {
     const StressRecord& r = row.record();
     if (r.of_structure != structures) continue;
     out += drawn_text(margin, y + 18, shortened(fmt::format("{}. {}", r.id, r.hazard), 44), "font-size:14px;font-weight:600");
-    const std::string parameter = r.parameter + ", " + range_of(r);
-    out += drawn_text(margin, y + 33, shortened(parameter, 66), display_width(parameter) > 56 ? "font-size:9.5px" : "font-size:11px");
+    const std::string range = ", " + range_of(r);  // stays whole where there is no room for all
+    const std::string parameter = shortened(r.parameter, widest_parameter - display_width(range)) + range;
+    out += drawn_text(margin, y + 33, parameter, display_width(parameter) > 50 ? "font-size:9.5px" : "font-size:11px");
     for (std::size_t c = 0; c < columns.size(); ++c)
       out += draw_cell(row.of(columns[c]), is_mended(row.of(columns[c])), left(c), y, linked);
     out += "\n";
