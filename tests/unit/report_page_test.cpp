@@ -249,6 +249,15 @@ TEST_F(Report, ChangedFilesAreToldAndWrittenAnew) {
   EXPECT_TRUE(write_report({a}, out()).notes.empty());
 }
 
+TEST_F(Report, SeedsAreUpToANumberOnlyWhereSomeHaveFewer) {
+  RunLog log = small_log();
+  write_report({directory("all", log)}, out());
+  EXPECT_NE(file_text(root_ / "out/report.html").find(" · 3 seeds · "), std::string::npos);
+  add_cells(log, "builtin:room", {.integrator = "bdpt"}, 2);
+  write_report({directory("fewer", log)}, out());
+  EXPECT_NE(file_text(root_ / "out/report.html").find(" · up to 3 seeds · "), std::string::npos);
+}
+
 TEST_F(Report, MergesShardsOfOneExperiment) {
   RunLog a, b;
   for (RunLog* log : {&a, &b}) log->references.push_back(reference("room"));

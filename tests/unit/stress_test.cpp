@@ -205,11 +205,12 @@ TEST_F(StressRun, AReferenceThatIsAnotherTakesWhatItMeasuredOutOfTheLog) {
 }
 
 TEST_F(StressRun, CommandsRepeatTheImageWithItsPixelFilter) {
-  write_file("one.toml",
-             "seeds = 1\nresolution = [8, 8]\nbudget = { samples = 1 }\nreference = { samples = 16 }\nintegrators = [\"sppm\"]\n"
-             "[[stress]]\nid = 1\nname = \"radius\"\nfailure = \"f\"\nsource = \"s\"\nscene = \"builtin:cornell-box\"\n"
-             "x = \"radius\"\nrange = [0.1, 0.2]\nholds = { relmse = [0, 1e9] }\n"
-             "settings = { sppm = { radius = \"{x}\" } }\n");
+  write_file(
+      "one.toml",
+      "seeds = 1\nresolution = [8, 8]\nbudget = { samples = 1 }\nreference = { samples = 16 }\nintegrators = [\"sppm\"]\n"
+      "[[stress]]\nid = 1\nname = \"radius\"\nfailure = \"f\"\nsource = \"s\"\nscene = \"builtin:cornell-box\"\n"
+      "x = \"radius\"\nrange = [0.1, 0.2]\nholds = { relmse = [0, 1e9] }\n"
+      "settings = { sppm = { radius = \"{x}\" } }\n");
   const Outcome ran = run({"run", "one.toml", "--threads", "1", "--pixel-filter", "mitchell"});
   ASSERT_EQ(ran.status, 0) << ran.err;
   const std::string command = records_of<StressRecord>(read_log((directory_ / "out/one/runs.jsonl").string())).at(0)->before;

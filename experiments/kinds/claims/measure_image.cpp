@@ -4,6 +4,7 @@
 // one thread, without shading; at 1024 x 1024, or scaled to that.
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/naive_loop.h"
+#include "experiments/report/report_text.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/units.h"
 #include "framework/transport/ray_tools.h"
@@ -82,8 +83,8 @@ void measure_path_image(Trial& t) {
   const Method binary{"binned-sah", {}, {}}, wide{"binned-sah", params_of("layout=bvh16"), {}};
   t.race({rendering("one", binary, 1), rendering("all", binary, t.task.threads), rendering("wide", wide, t.task.threads)});
   t.remark(fmt::format(
-      "Path tracing with light sampling, at most five scattering events; {} samples per pixel at {} x {}, scaled; {} threads.",
-      samples, resolution, resolution, t.task.threads));
+      "Path tracing with light sampling, at most five scattering events; {} samples per pixel at {} x {}, scaled; {}.", samples,
+      resolution, resolution, counted(static_cast<std::size_t>(t.task.threads), "thread")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Images cut into tasks: claims about balance between workers, and about locality.
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/task_shapes.h"
+#include "experiments/report/report_text.h"
 
 #include <fmt/format.h>
 
@@ -27,8 +28,8 @@ void measure_tasks(Trial& t) {
   t.count("idle_tiles", span(TaskShape::tiles) / renderer.ideal(costs, workers));
   t.remark(
       fmt::format("Balance: the work of each pixel counted (nodes and primitives), its tasks dealt in order to {} simulated "
-                  "workers; time: on the {} threads of this run, {} samples per pixel.",
-                  workers, t.task.threads, samples));
+                  "workers; time: on the {} of this run, {} samples per pixel.",
+                  workers, counted(static_cast<std::size_t>(t.task.threads), "thread"), samples));
 }
 
 void measure_locality(Trial& t) {

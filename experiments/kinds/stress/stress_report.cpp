@@ -125,13 +125,11 @@ void add_calm(const StressMap& map, KindReport& report) {
     if (const auto off = cell->calm_error())
       calm.push_back(fmt::format("{} on {} ({:+.0f} %)", cell->record->column, cell->record->hazard, 100 * *off));
   if (calm.empty()) return;
-  const std::size_t count = calm.size();
-  if (calm.size() > 6) calm.resize(6);
   report.findings.emplace_back(
       "Wrong, and calm",
       fmt::format("At the harmful end {} are off by more than a tenth of the image's mean while their seeds agree on it to a "
-                  "fifth of that: {}{}.",
-                  counted(count, "cell"), fmt::join(calm, ", "), count > calm.size() ? ", …" : ""));
+                  "fifth of that: {}.",
+                  counted(calm.size(), "cell"), enumerate(calm, ", ", 6)));
 }
 
 void add_mended(std::vector<MendedCell> cells, KindReport& report) {

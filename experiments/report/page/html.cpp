@@ -24,14 +24,16 @@ std::string title_of(const RunLog& log) {
 }
 
 std::string facts(const ReportData& data, const PageContent& content) {
+  const auto has_fewer = [&](const Configuration* c) { return c->replicates.size() < data.most_seeds; };
   std::vector<std::string> lines;
   for (const KindReport& part : content.parts)
     if (!part.fact.empty()) lines.push_back(part.fact);
   if (!data.log->cells.empty() || lines.empty())
     lines.push_back(fmt::format("{} · {} · {} · {}{} · {} done{}", counted(data.scenes.size(), "scene"),
                                 counted(data.integrators.size(), "integrator"), counted(data.accels.size(), "structure"),
-                                data.most_seeds > 1 ? "up to " : "", counted(data.most_seeds, "seed"),
-                                counted(data.done, "cell"), data.failed > 0 ? fmt::format(", {} failed", data.failed) : ""));
+                                std::ranges::any_of(data.finished(), has_fewer) ? "up to " : "",
+                                counted(data.most_seeds, "seed"), counted(data.done, "cell"),
+                                data.failed > 0 ? fmt::format(", {} failed", data.failed) : ""));
   std::set<std::string> machines;
   for (const ManifestRecord& m : data.log->manifests)
     machines.insert(fmt::format("{}{} · etendue {} ({})", m.cpu.empty() ? "" : m.cpu + ", ",
