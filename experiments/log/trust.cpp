@@ -103,8 +103,10 @@ std::vector<std::string> distrust(RunLog& log, const std::string& directory, boo
     const std::size_t cells = fail_cells(log, wrong, [&](const auto& record) { return record.cell.is_of(scene.scene); });
     const std::size_t structures =
         std::erase_if(log.structures, [&](const StructureRecord& record) { return record.scene == scene.scene; });
-    tell(fmt::format("{}; {} cells{} are not believed", wrong, cells,
-                     structures > 0 ? fmt::format(" and {} structures", structures) : ""));
+    std::vector<std::string> lost;
+    if (cells > 0 || structures == 0) lost.push_back(fmt::format("{} cells", cells));
+    if (structures > 0) lost.push_back(fmt::format("{} structures", structures));
+    tell(fmt::format("{}; {} are not believed", wrong, joined(lost, " and ")));
   }
   return findings;
 }

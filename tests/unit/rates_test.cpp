@@ -175,7 +175,6 @@ TEST(Rates, LogOfKnownExponentsIsJudgedByThem) {
   }
 }
 
-// Below the reference's own noise an error comes out negative: noise decides which points are left.
 // Two laws of nearly one slope, on curves that nearly coincide.
 TEST(Rates, TrianglesOfTheoryLieApart) {
   RunLog log = small_log();
@@ -190,6 +189,7 @@ TEST(Rates, TrianglesOfTheoryLieApart) {
   EXPECT_LT(std::min(heights[0].high, heights[1].high), std::max(heights[0].low, heights[1].low));
 }
 
+// Below the reference's own noise an error comes out negative: noise decides which points are left.
 TEST(Rates, FitsThatLeavePointsOutAreUndecided) {
   RunLog log = small_log();
   log.references[0] = reference("builtin:room", 0.005);  // the MSE ends at 0.5 / 128

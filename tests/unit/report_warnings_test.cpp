@@ -138,6 +138,21 @@ TEST(Warnings, TimesOfDifferentInstructionSetsAreTold) {
   EXPECT_TRUE(told(log)) << "under the same name";
 }
 
+// Structures of one method lead together, and what leads for a moment is left out.
+TEST(Findings, LeadsOverTimeLastForHalfOfTheirBeginning) {
+  RunLog log;
+  add_cells(log, "builtin:room", {"path", "sah", 0.1, 1, -0.5}, 3);
+  add_cells(log, "builtin:room", {"path", "lbvh", 0.1, 0.9, -0.5}, 3);
+  add_cells(log, "builtin:room", {"sppm", "sah", 0.1, 2, -1}, 3);
+  const Conclusions conclusions = conclude(arrange(log));
+  std::string text;
+  for (const Finding& finding : conclusions.scenes.at(0).findings)
+    if (finding.topic == "Over time") text = finding.text;
+  EXPECT_EQ(text.find("Least error over time: path from"), 0u) << text;
+  EXPECT_EQ(text.find("path", text.find("path") + 1), std::string::npos) << text;
+  EXPECT_NE(text.find(", then sppm from"), std::string::npos) << text;
+}
+
 // A scene whose cells all failed is not left out of the findings.
 TEST(Findings, SayWhyNoCellOfASceneFinished) {
   RunLog log = small_log();

@@ -102,7 +102,9 @@ Drawing draw_matrix(const StressMap& map, bool structures, bool linked) {
     if (r.of_structure != structures) continue;
     out += drawn_text(margin, y + 18, shortened(fmt::format("{}. {}", r.id, r.hazard), 44), "font-size:14px;font-weight:600");
     const std::string range = ", " + range_of(r);  // stays whole where there is no room for all
-    const std::string parameter = shortened(r.parameter, widest_parameter - display_width(range)) + range;
+    constexpr std::size_t least_of_name = 8;
+    const std::size_t room = widest_parameter - std::min(widest_parameter - least_of_name, display_width(range));
+    const std::string parameter = shortened(r.parameter, room) + range;
     out += drawn_text(margin, y + 33, parameter, display_width(parameter) > 50 ? "font-size:9.5px" : "font-size:11px");
     for (std::size_t c = 0; c < columns.size(); ++c)
       out += draw_cell(row.of(columns[c]), is_mended(row.of(columns[c])), left(c), y, linked);
