@@ -34,7 +34,7 @@ TEST(Vcm, MergesAmongManyLampsThatStandApart) {
   const auto merged = [](const Scene& scene) { return neighbours_by_need(testing::SceneContext(scene, {16, 16}).context); };
   EXPECT_EQ(merged(load_scene("builtin:many-lights?lights=200")), 4);
   EXPECT_EQ(merged(load_scene("builtin:many-lights?lights=100")), 0);
-  for (const float width : {0.02f, 1.0f}) {
+  for (const float width : {0.02f, 3.0f}) {
     SceneBuilder b("bulb");
     b.mesh(quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}), b.material(Diffuse{Rgb(0.5f)}));
     MeshData panel;
