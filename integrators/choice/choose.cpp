@@ -19,10 +19,11 @@ constexpr double rare_hits = 0.03;     // caustic hits over caustic light below 
 constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen
 constexpr double certain = 10;         // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
-constexpr double entirely_even = 1.05;  // contrast of light that ends at borders alone
-constexpr double noisy_direct = 3;      // noise of direct light, sampled at lights, over that of paths, which meet them as well
-constexpr double long_time = 2500;      // rays a pixel after which what radii lose at borders is more than bdpt's noise
-constexpr double much_direct = 0.6;     // of the light: there is little to share,
+constexpr double no_other_light = 1e-3;  // noise of a path: what it finds then leaves none that would count
+constexpr double entirely_even = 1.05;   // contrast of light that ends at borders alone
+constexpr double noisy_direct = 3;   // noise of direct light, sampled at lights, over that of paths, which meet them as well
+constexpr double long_time = 2500;   // rays a pixel after which what radii lose at borders is more than bdpt's noise
+constexpr double much_direct = 0.6;  // of the light: there is little to share,
 constexpr double all_direct_noise = 0.8;  // if this share of what paths leave is the noise of direct light
 constexpr double little_noise = 0.2;      // of a path, below which records' own error outweighs it
 constexpr double no_noise = 1e-6;         // of an image: less than what stored light is off by
@@ -133,7 +134,9 @@ class Chooser {
         return {"bdpt", {}, light + ", there is no other, and in the end radii lose more of it at borders than bdpt has noise"};
       return {"sppm", {}, light + ", and it is even up to borders in view, where radii would shrink late by a test"};
     }
-    if (bias_ == BiasAllowed::any && contrast < even_caustics && found_.caustic_light < minor_caustics && rays_ >= many_rays)
+    const bool minor = contrast < even_caustics && found_.caustic_light < minor_caustics && rays_ >= many_rays;
+    const bool alone = contrast < entirely_even && found_.path_error < no_other_light && rays_ >= long_time;
+    if (bias_ == BiasAllowed::any && (minor || alone))
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
   }

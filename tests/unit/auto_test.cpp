@@ -371,6 +371,19 @@ TEST(AutoEffort, IsCountedInRays) {
   EXPECT_GT(rays_a_pixel(scene, {0.2}, {100, 100}, findings), 0);
 }
 
+// Nothing but the sun through a pane, even over all that is seen: in time a map and records leave less noise than kernels.
+TEST(AutoChoice, StoresCausticsThatAreEvenAndAlone) {
+  const Scene scene = load_scene("builtin:sunlit-field");
+  const auto chosen = [&](double seconds, BiasAllowed bias) {
+    SceneContext stage(scene, {96, 96}, 1);
+    stage.context.effort = {seconds};
+    return choose_method(stage.context, run_pilot(stage.context), bias).name;
+  };
+  EXPECT_EQ(chosen(4, BiasAllowed::any), "photon-cache");
+  EXPECT_EQ(chosen(1, BiasAllowed::any), "cppm");
+  EXPECT_EQ(chosen(4, BiasAllowed::vanishing), "cppm");
+}
+
 TEST(AutoEffort, CountsFewRaysWhereSurfacesAreSparse) {
   EXPECT_EQ(usual_rays_per_path(load_scene("builtin:cornell-box")), 6);
   EXPECT_EQ(usual_rays_per_path(load_scene("builtin:mesh")), 6);
