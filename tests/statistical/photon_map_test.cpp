@@ -5,6 +5,7 @@
 #include "integrators/photons/photon_gather.h"
 #include "integrators/photons/photon_maps.h"
 #include "tests/image_checks.h"
+#include "tests/lit_sheet.h"
 #include "tests/scene_context.h"
 #include "tests/white_plane.h"
 
@@ -132,28 +133,17 @@ TEST(PhotonMap, OnePhotonKeepsItsPower) {
   EXPECT_NEAR(power, 1, 0.01);
 }
 
-// A sheet that is lit through, and a wall that stands on one side of it: what photons of either side are divided by is its own.
 TEST(PhotonMap, SheetsKeepTheirLightBesideWallsOnEitherSide) {
   for (const float height : {0.6f, -0.6f}) {
-    SceneBuilder b("sheet");
-    b.mesh(quad({-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}), b.material(DiffuseTransmission{Rgb(0), Rgb(0.5f)}));
-    b.mesh(quad({0, -3, 0}, {0, 3, 0}, {0, 3, height}, {0, -3, height}), b.material(Diffuse{Rgb(0)}));
-    b.mesh(quad({-3, -3, -2}, {3, -3, -2}, {3, 3, -2}, {-3, 3, -2}), b.material(Dielectric{.eta = 1}));
-    b.light(DirectionalLight{{0, 0, 1}, Rgb(1)});
-    b.camera({-0.6f, 0, 4}, {-0.6f, 0, 0}, 20, {16, 16});
+    SCOPED_TRACE(height);
     RenderOptions options;
     options.params["edges"] = {std::string("visible"), {}};
     options.params["k"] = {std::int64_t{0}, {}};
     options.params["radius"] = {0.3, {}};
     options.params["photons"] = {std::int64_t{100000}, {}};
     options.iterations = 4;
-    options.resolution = {16, 16};
-    const Image image = render(b.finish(), "photon-map", options).image;
-    std::vector<double> columns(16, 0);
-    for (int y = 0; y < 16; ++y)
-      for (int x = 0; x < 16; ++x) columns[static_cast<std::size_t>(x)] += image.at(x, y).y / 16;
-    // The wall is seen in the last two columns of one side.
-    for (std::size_t x = 2; x < 14; ++x) EXPECT_NEAR(columns[x], 0.5 / pi, 0.02) << height << " column " << x;
+    options.resolution = testing::sheet_resolution;
+    testing::expect_even_sheet(render(testing::sheet_beside_wall(height, true), "photon-map", options).image);
   }
 }
 

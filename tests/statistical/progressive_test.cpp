@@ -4,6 +4,7 @@
 #include "tests/block_agreement.h"
 #include "tests/faceted_ball.h"
 #include "tests/image_checks.h"
+#include "tests/lit_sheet.h"
 
 #include <gtest/gtest.h>
 
@@ -134,23 +135,13 @@ TEST(ProgressivePhotons, MeasuredDiscsLoseNoLightAtEdges) {
     }
 }
 
-// A sheet that is lit through, and a wall that stands on one side of it: the discs of both sides are measured apart.
 TEST(ProgressivePhotons, SheetsKeepTheirLightBesideWallsOnEitherSide) {
   for (const float height : {0.6f, -0.6f}) {
-    SceneBuilder b("sheet");
-    b.mesh(quad({-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}), b.material(DiffuseTransmission{Rgb(0), Rgb(0.5f)}));
-    b.mesh(quad({0, -3, 0}, {0, 3, 0}, {0, 3, height}, {0, -3, height}), b.material(Diffuse{Rgb(0)}));
-    b.light(DirectionalLight{{0, 0, 1}, Rgb(1)});
-    b.camera({-0.6f, 0, 4}, {-0.6f, 0, 0}, 20, {16, 16});
+    SCOPED_TRACE(height);
     RenderOptions options = options_for(40000, 8, by_photons);
     options.params["radius"] = {0.3, {}};
-    options.resolution = {16, 16};
-    const Image image = render(b.finish(), "sppm", options).image;
-    std::vector<double> columns(16, 0);
-    for (int y = 0; y < 16; ++y)
-      for (int x = 0; x < 16; ++x) columns[static_cast<std::size_t>(x)] += image.at(x, y).y / 16;
-    // The wall is seen in the last two columns of one side.
-    for (std::size_t x = 2; x < 14; ++x) EXPECT_NEAR(columns[x], 0.5 / pi, 0.02) << height << " column " << x;
+    options.resolution = testing::sheet_resolution;
+    testing::expect_even_sheet(render(testing::sheet_beside_wall(height, false), "sppm", options).image);
   }
 }
 

@@ -1,5 +1,4 @@
 // The method that chooses: what it chooses, that the choice repeats, and that the image is the chosen method's to the bit.
-#include "accel/scene/auto_structure.h"
 #include "experiments/config/method.h"
 #include "framework/scene/builder.h"
 #include "integrators/choice/choose.h"
@@ -354,23 +353,6 @@ TEST(AutoChoice, IsUnbiasedWhereThatIsAskedFor) {
     }
 }
 
-TEST(AutoEffort, IsCountedInRays) {
-  PilotFindings findings;
-  findings.rays_per_path = 5;
-  findings.path_error = 2;
-  Scene scene;
-  EXPECT_EQ(rays_a_pixel(scene, {}, {10, 10}, findings), 5 * 64);
-  EXPECT_EQ(rays_a_pixel(scene, {0, 8}, {10, 10}, findings), 5 * 8);
-  EXPECT_EQ(rays_a_pixel(scene, {2}, {100, 100}, findings), 2 * rays_per_second / 1e4);
-  EXPECT_EQ(rays_a_pixel(scene, {2, 8}, {100, 100}, findings), 5 * 8);
-  EXPECT_DOUBLE_EQ(rays_a_pixel(scene, {0, 0, 0.01}, {10, 10}, findings), 0.1 * 5 * 2 / 0.01);
-  // Large scenes take time to build, and their rays take longer.
-  scene.objects.resize(1);
-  scene.objects[0].geometry.triangles.resize(1'000'000);
-  EXPECT_NEAR(rays_a_pixel(scene, {2}, {100, 100}, findings), 1.6 * rays_per_second / 1e4 / 3.49, 1);
-  EXPECT_GT(rays_a_pixel(scene, {0.2}, {100, 100}, findings), 0);
-}
-
 // Nothing but the sun through a pane, even over all that is seen: in time a map and records leave less noise than kernels.
 TEST(AutoChoice, StoresCausticsThatAreEvenAndAlone) {
   const Scene scene = load_scene("builtin:sunlit-field");
@@ -382,22 +364,6 @@ TEST(AutoChoice, StoresCausticsThatAreEvenAndAlone) {
   EXPECT_EQ(chosen(4, BiasAllowed::any), "photon-cache");
   EXPECT_EQ(chosen(1, BiasAllowed::any), "cppm");
   EXPECT_EQ(chosen(4, BiasAllowed::vanishing), "cppm");
-}
-
-TEST(AutoEffort, CountsFewRaysWhereSurfacesAreSparse) {
-  EXPECT_EQ(usual_rays_per_path(load_scene("builtin:cornell-box")), 6);
-  EXPECT_EQ(usual_rays_per_path(load_scene("builtin:mesh")), 6);
-  EXPECT_LT(usual_rays_per_path(load_scene("builtin:slivers")), 1.1);
-  EXPECT_GE(usual_rays_per_path(load_scene("builtin:slivers?aspect=1000")), 1.1);
-}
-
-TEST(AutoStructure, WeighsBuildingAgainstTracing) {
-  const Scene mesh = load_scene("builtin:mesh"), box = load_scene("builtin:cornell-box");
-  EXPECT_EQ(choose_structure(mesh, 1e5).name, "lbvh");
-  EXPECT_EQ(choose_structure(mesh, 1e7).name, "binned-sah");
-  EXPECT_EQ(choose_structure(mesh, 1e9).name, "sah");
-  EXPECT_TRUE(choose_structure(mesh, 1e9).params.contains("reinsertion"));
-  for (const double rays : {1.0, 1e12}) EXPECT_EQ(choose_structure(box, rays).name, "binned-sah");
 }
 
 class AutoRender : public ProgramTest {};
