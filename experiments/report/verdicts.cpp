@@ -101,7 +101,7 @@ std::string lead_text(const ReportData& data, const SceneData& scene) {
   const auto text = [](const auto& lead) {
     return fmt::format("{} from {}", lead.first->short_integrator, format_seconds(lead.second));
   };
-  return leads.size() < 2 ? std::string() : "Least error over time: " + enumerate(mapped(leads, text), ", then ", 6) + ".";
+  return leads.size() < 2 ? std::string() : "Least error: " + enumerate(mapped(leads, text), ", then ", 6) + ".";
 }
 
 // Each integrator stands on its best structure.
@@ -335,8 +335,9 @@ Conclusions conclude(const ReportData& data) {
       add("Over time", lead_text(data, scene));
       add("Time to error", target_text(data, scene));
     }
-    if (scene.finished().empty() && !scene.configurations.empty() && !scene.configurations.front().failures.empty())
-      add("No cell finished", scene.configurations.front().failures.front()->error);
+    const auto failed = std::ranges::find_if(scene.configurations, [](const Configuration& c) { return !c.failures.empty(); });
+    if (scene.finished().empty() && failed != scene.configurations.end())
+      add("No cell finished", failed->failures.front()->error);
     add("Throughput", throughput_text(data, scene));
     add("Structures", structures_text(*data.log, scene.name));
     if (!found.findings.empty()) conclusions.scenes.push_back(std::move(found));

@@ -210,9 +210,8 @@ double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, 
 }
 
 double usual_rays_per_path(const Scene& scene) {
-  constexpr double most = 6;
   const double whole = scene.bounds().half_area();
-  if (!scene.planes.empty() || !(whole > 0)) return most;
+  if (!scene.planes.empty() || !(whole > 0)) return most_usual_rays;
   std::vector<Bounds> bounds(scene.objects.size());
   std::vector<double> boxes;  // those a line meets in an object's bounds, in the mean
   for (std::size_t o = 0; o < bounds.size(); ++o) {
@@ -229,7 +228,7 @@ double usual_rays_per_path(const Scene& scene) {
   double crossed = 0;
   for (const Instance& instance : scene.instances)
     crossed += boxes[instance.object] * instance.to_world.bounds(bounds[instance.object]).half_area() / whole;
-  return 1 + (most - 1) * std::min(crossed, 1.0);
+  return 1 + (most_usual_rays - 1) * std::min(crossed, 1.0);
 }
 
 std::string caustics_out_of_reach(const RenderContext& context, const PilotFindings& findings, const std::string& method) {

@@ -22,6 +22,7 @@ double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, 
 
 // Before any ray is traced a path is taken to have six, or as many fewer as surfaces are sparse. A line that meets
 // the scene's bounds meets as many boxes of primitives, in the mean, as these have of its surface area ([Goldsmith1987]).
+inline constexpr double most_usual_rays = 6;
 double usual_rays_per_path(const Scene& scene);
 
 // Says that light on what is seen comes by way of specular surfaces, where the method finds it by chance alone, if at all, and

@@ -34,7 +34,7 @@ class SampleShares {
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0, bool measures = false);
 
   static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
-  static constexpr double smooth = 0.04;                 // relative deviation of samples below which one is enough at first
+  static constexpr double smooth = 0.04;                 // relative deviation of samples below which one is enough
   static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
 
   // Before the first iteration: one sample of each pixel is enough for it, as far as can be told.

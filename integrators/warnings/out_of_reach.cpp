@@ -79,9 +79,9 @@ std::string light_out_of_reach(const RenderContext& context, const std::string& 
     if (method == "bdpt" && hides_caustics(found))
       return fmt::format("{}: caustics that are seen by way of specular surfaces are left out, or noise; vcm brings them",
                          method);
-    if (method != "bdpt" && frosted_caustics(context, found) >= least_caustic_light)
-      if (const std::string caustics = caustics_out_of_reach(context, found, method); !caustics.empty())
-        return caustics + " (a caustic map takes no photons from frosted glass)";
+    const std::string caustics = method != "bdpt" ? caustics_out_of_reach(context, found, method) : "";
+    if (!caustics.empty() && frosted_caustics(context, found) >= least_caustic_light)
+      return caustics + " (a caustic map takes no photons from frosted glass)";
     if (context.lights.empty() || found.photons_seen > 0 || !(found.path_error > 0) || !has_distant_light(context)) return "";
     return fmt::format(
         "{}: no photon of a pilot lands where the camera sees it: light that comes by way of specular surfaces is noise, or "

@@ -148,7 +148,7 @@ TEST(Findings, LeadsOverTimeLastForHalfOfTheirBeginning) {
   std::string text;
   for (const Finding& finding : conclusions.scenes.at(0).findings)
     if (finding.topic == "Over time") text = finding.text;
-  EXPECT_EQ(text.find("Least error over time: path from"), 0u) << text;
+  EXPECT_EQ(text.find("Least error: path from"), 0u) << text;
   EXPECT_EQ(text.find("path", text.find("path") + 1), std::string::npos) << text;
   EXPECT_NE(text.find(", then sppm from"), std::string::npos) << text;
 }

@@ -247,8 +247,8 @@ void read_rows_of_map(TableReader& row, const ConfigNode& node, StressHazard& ha
 
 StressHazard read_hazard(const ConfigNode& node, const Columns& columns) {
   TableReader row(node, "stress");
-  const std::string scene_text =
-      row.needed_text("scene");  // where an initialiser throws, GCC 12 frees the texts before it twice
+  // Where an initialiser throws, GCC 12 frees the texts before it twice.
+  const std::string scene_text = row.needed_text("scene");
   StressHazard hazard{{.id = static_cast<int>(row.needed_whole("id", 1, 9999)),
                        .hazard = row.needed_text("name"),
                        .failure = row.needed_text("failure"),
