@@ -32,6 +32,20 @@ TEST(MitsubaEmitters, AreReadAsOurs) {
   EXPECT_EQ(approximated(rectangle + "<emitter type=\"sunsky\"/>").lights.size(), 2u);
 }
 
+TEST(MitsubaEmitters, ShapesWithoutABsdfAreBlack) {
+  const TestDirectory directory;
+  directory.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string lamp = "<emitter type=\"area\"/>", white = "<rgb name=\"reflectance\" value=\"0.75\"/>",
+                    mesh = "<shape type=\"obj\"><string name=\"filename\" value=\"t.obj\"/>" + lamp + "</shape>";
+  for (const char* version : {"0.6.0", "2.0.0", "3.0.0"}) {
+    EXPECT_EQ(material_of<Diffuse>(lamp, version).reflectance.constant, Rgb(0)) << version;
+    const Scene scene = parse_mitsuba(scene_text(mesh, version), directory.path("s.xml"));
+    EXPECT_EQ(std::get<Diffuse>(scene.materials.at(0)).reflectance.constant, Rgb(0)) << version;
+    EXPECT_EQ(material_of<Diffuse>(lamp + "<bsdf type=\"diffuse\">" + white + "</bsdf>", version).reflectance.constant,
+              Rgb(0.75f));
+  }
+}
+
 TEST(MitsubaEmitters, SkiesStandUprightAndSunsWhereTheyAreInTheWorld) {
   const Scene scene =
       approximated(rectangle + R"(<emitter type="sunsky"><vector name="sun_direction" x=".4" y="-.3" z=".85"/></emitter>)");

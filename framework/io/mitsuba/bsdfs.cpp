@@ -166,13 +166,17 @@ MitsubaReader::MaterialEntry& MitsubaReader::nested_bsdf(const Properties& of, s
   return materials_[bsdf(*found[0])];
 }
 
-// Version 0's shapes without a bsdf are diffuse too.
 std::uint32_t MitsubaReader::material_of(const Properties& shape) {
   const auto found = shape.objects({"bsdf"});
   if (found.size() > 1)
     throw Error(found[1]->where(), fmt::format("{}: has {} bsdfs; expected one", shape.title(), found.size()));
-  if (!found.empty()) return bsdf(*found[0]);
-  materials_.emplace_back();
+  return found.empty() ? default_material(shape) : bsdf(*found[0]);
+}
+
+// Without a bsdf a light absorbs all that meets it, and any other shape is diffuse.
+std::uint32_t MitsubaReader::default_material(const Properties& shape) {
+  MaterialEntry& entry = materials_.emplace_back();
+  if (shape.has_object({"emitter", "luminaire"})) entry = {.material = Diffuse{Rgb(0)}, .two_sided = true};
   return static_cast<std::uint32_t>(materials_.size() - 1);
 }
 

@@ -39,7 +39,9 @@ SunTime sun_time(const Properties& of) {
 std::span<const MitsubaReader::EmitterType> MitsubaReader::emitter_types() {
   using R = MitsubaReader;
   static constexpr EmitterType table[] = {
-      {"area", "in a shape; a texture as it is, of meshes where they have texture coordinates, else approximated by its mean",
+      {"area",
+       "in a shape, which is black without a bsdf; a texture as it is, of meshes where they have texture coordinates, else "
+       "approximated by its mean",
        nullptr},
       {"point", "as it is", &R::point},
       {"spot", "as it is; a texture approximated by its mean, an uneven scale by a round cone", &R::spot},

@@ -57,11 +57,10 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group, bool loads_mat
     for (const auto& found : {of_all, of_name})
       if (found != last.end() && (of_part == nullptr || found->second > of_all->second)) of_part = bsdfs[found->second].second;
     if (!of_part && !otherwise) {
-      materials_.emplace_back();
-      otherwise = static_cast<std::uint32_t>(materials_.size() - 1);
+      otherwise = default_material(of);
       if (has_own)
         warn(of.where("filename"),
-             fmt::format("{}: the materials it names are not read: faces without a bsdf are grey", title));
+             fmt::format("{}: the materials it names are not read: faces without a bsdf are grey, of lights black", title));
     }
     MaterialEntry& entry = materials_[of_part ? bsdf(*of_part) : *otherwise];
     if (const auto seen = look(of, group, entry, !part.mesh.uvs.empty()))

@@ -155,6 +155,7 @@ class MitsubaReader {
 
   // bsdfs.cpp
   std::uint32_t material_of(const Properties& shape);
+  std::uint32_t default_material(const Properties& shape);
   std::uint32_t bsdf(const XmlElement& element);
   MaterialEntry& nested_bsdf(const Properties& of, std::size_t most = 1);
   std::uint32_t scene_material(MaterialEntry& entry);
