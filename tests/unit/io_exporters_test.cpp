@@ -183,6 +183,25 @@ TEST(ExportedScenes, DistortedDisksEmitLightAsMeshes) {
   EXPECT_NEAR(area, 6 * pi, 0.01);
 }
 
+TEST(ExportedScenes, DistortedSpheresStaySpheres) {
+  const std::string sphere =
+      "<shape type=\"sphere\"><float name=\"radius\" value=\"0.5\"/><transform name=\"to_world\">"
+      "<scale x=\"2\" y=\"3\" z=\"2\"/><translate x=\"5\"/></transform><emitter type=\"area\"/></shape>";
+  for (const char* version : {"0.6.0", "3.0.0"}) {
+    const Scene scene = mts::read(sphere, version);
+    const Sphere& placed = std::get<Sphere>(scene.objects.at(0).geometry.quadrics.at(0));
+    EXPECT_EQ(placed.radius, 1) << version;
+    expect_near(placed.centre + scene.origin, {5, 0, 0});
+    EXPECT_EQ(scene.lights.size(), 1u);
+    EXPECT_FALSE(scene.has_instances());
+    EXPECT_TRUE(warns(scene, "'to_world' distorts it: it stays a sphere"));
+  }
+  const std::string mirrored =
+      "<shape type=\"sphere\"><transform name=\"to_world\"><scale x=\"-1\" y=\"3\"/></transform></shape>";
+  EXPECT_FALSE(mts::read(mirrored, "0.6.0").objects[0].shapes.at(0).flip_normal);
+  EXPECT_TRUE(mts::read(mirrored, "3.0.0").objects[0].shapes.at(0).flip_normal);
+}
+
 TEST(ExportedScenes, QuadricsWithReliefOrImagesOfLightAreMeshes) {
   const TestDirectory directory;
   directory.write("a.png", png_of({0, 0, 0, 255, 255, 255}, {1, 2}));

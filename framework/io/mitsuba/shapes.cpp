@@ -76,7 +76,7 @@ std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
       {"serialized", "versions 3 and 4, by shape_index", &R::serialized_mesh},
       {"rectangle", "as it is", &R::rectangle},
       {"cube", "as it is", &R::cube},
-      {"sphere", "as it is", &R::sphere},
+      {"sphere", "as it is; under an uneven scale a sphere all the same, as in Mitsuba (warned)", &R::sphere},
       {"disk", "as it is; with a texture a mesh", &R::disk},
       {"cylinder", "as it is", &R::cylinder},
       {"shapegroup", "as it is", &R::shape_group},
@@ -200,12 +200,22 @@ void MitsubaReader::rectangle(const Properties& of, Group& group) {
 
 void MitsubaReader::cube(const Properties& of, Group& group) { place(as_mesh(cube_faces()), of, group, of.title(), true); }
 
+// Under any transform it stays a sphere.
 void MitsubaReader::sphere(const Properties& of, Group& group) {
   const Transform to_world = of.transform("to_world");
+  const float scale = glm::length(to_world.vector({1, 0, 0}));
+  float radius = of.number("radius", 1, 1e-30f);
   vec3 centre = of.point("center", vec3(0));
-  if (version0()) centre /= glm::length(to_world.vector({1, 0, 0}));  // there the scale is that of the radius alone
-  const Transform t = to_world * Transform::translate(centre);
-  place(Sphere{vec3(0), of.number("radius", 1, 1e-30f)}, t, of, group);
+  if (version0()) centre /= scale;  // there the scale is that of the radius alone
+  Transform t = to_world * Transform::translate(centre);
+  if (!t.similarity_scale()) {
+    warn(of.where("to_world"), of.title() +
+                                   ": 'to_world' distorts it: it stays a sphere, as wide as along its first axis, as in "
+                                   "Mitsuba; a texture on it is not turned");
+    radius *= scale;
+    t = Transform::translate(t.point(vec3(0))) * Transform::scale({t.swaps_handedness() ? -1.0f : 1.0f, 1, 1});
+  }
+  place(Sphere{vec3(0), radius}, t, of, group);
 }
 
 void MitsubaReader::disk(const Properties& of, Group& group) {
