@@ -127,6 +127,20 @@ TEST(Pbrt, MotionStaysAtItsStart) {
                     "without blur (and in 1 more places)"));
 }
 
+TEST(Pbrt, TransformBeginSavesAllAttributesInVersion4) {
+  const std::string text =
+      " WorldBegin Material \"matte\" \"rgb Kd\" [.25 .25 .25] TransformBegin Translate 9 0 0 AreaLightSource \"diffuse\" "
+      "Material \"matte\" \"rgb Kd\" [.75 .75 .75] Shape \"sphere\" TransformEnd Shape \"sphere\"";
+  for (const bool version3 : {true, false}) {
+    const Scene scene = parse_pbrt((version3 ? "Film \"image\"" : "Film \"rgb\"") + text, "s.pbrt");
+    const Object& object = scene.objects[0];
+    expect_near(std::get<Sphere>(object.geometry.quadrics.at(1)).centre + scene.origin, {0, 0, 0});
+    EXPECT_EQ(std::get<Diffuse>(scene.materials.at(object.shape(1).material)).reflectance.constant,
+              Rgb(version3 ? 0.75f : 0.25f));
+    EXPECT_EQ(scene.lights.size(), version3 ? 2u : 1u);
+  }
+}
+
 TEST(Pbrt, AttributeGivesWhatIsNotGiven) {
   const Scene scene = world(
       "Attribute \"shape\" \"float radius\" 3 AttributeBegin Attribute \"shape\" \"float radius\" 4 Shape \"sphere\" "

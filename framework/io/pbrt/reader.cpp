@@ -235,10 +235,12 @@ void PbrtReader::attribute_end(PbrtLexer& lexer, const Token& token) {
   attributes_ = pop(Block::attribute, token.text, lexer.where(token));
 }
 void PbrtReader::transform_begin(PbrtLexer& lexer, const Token& token) { push(Block::transform, lexer.where(token)); }
+// Version 3 restores the transform alone, version 4 all that AttributeEnd does.
 void PbrtReader::transform_end(PbrtLexer& lexer, const Token& token) {
-  const Attributes saved = pop(Block::transform, token.text, lexer.where(token));
+  Attributes saved = pop(Block::transform, token.text, lexer.where(token));
   attributes_.ctm = saved.ctm;
   attributes_.end_only = saved.end_only;
+  if (!version3_) attributes_ = std::move(saved);
 }
 void PbrtReader::reverse_orientation(PbrtLexer&, const Token&) {
   attributes_.reverse_orientation = !attributes_.reverse_orientation;
