@@ -113,6 +113,17 @@ TEST(MitsubaBsdfs, WhatCannotBeIsRefusedOrApproximated) {
                     "taken as nothing"));
 }
 
+TEST(MitsubaBsdfs, BoundariesOfMediaAreNoSurfaceBeforeVersion2) {
+  const auto shapes = [](const std::string& version, const std::string& more = "") {
+    const std::string fog = "<shape type=\"cube\"><medium name=\"interior\" type=\"homogeneous\"/>" + more + "</shape>";
+    return read(fog, version, true).objects[0].shapes.size();
+  };
+  EXPECT_EQ(shapes("0.6.0"), 0u);
+  EXPECT_EQ(shapes("0.6.0", "<bsdf type=\"diffuse\"/>"), 1u);
+  EXPECT_EQ(shapes("0.6.0", "<emitter type=\"area\"/>"), 1u);
+  EXPECT_EQ(shapes("2.0.0"), 1u);
+}
+
 // Files whose bsdfs were rough once.
 TEST(MitsubaBsdfs, RoughnessOfSmoothOnesHasNoEffectBeforeVersion2) {
   const std::string rough =

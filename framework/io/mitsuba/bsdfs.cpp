@@ -173,10 +173,14 @@ std::uint32_t MitsubaReader::material_of(const Properties& shape) {
   return found.empty() ? default_material(shape) : bsdf(*found[0]);
 }
 
-// Without a bsdf a light absorbs all that meets it, and any other shape is diffuse.
+// Without a bsdf a light absorbs all that meets it, and before version 2 the boundary of a medium lets all pass; any other
+// shape is diffuse.
 std::uint32_t MitsubaReader::default_material(const Properties& shape) {
   MaterialEntry& entry = materials_.emplace_back();
-  if (shape.has_object({"emitter", "luminaire"})) entry = {.material = Diffuse{Rgb(0)}, .two_sided = true};
+  if (shape.has_object({"emitter", "luminaire"}))
+    entry = {.material = Diffuse{Rgb(0)}, .two_sided = true};
+  else if (version0() && shape.has_object({"medium"}))
+    entry = {.two_sided = true, .invisible = true};
   return static_cast<std::uint32_t>(materials_.size() - 1);
 }
 
