@@ -67,6 +67,9 @@ TEST(PbrtSurfaces, PartsOfQuadricsLieOnThem) {
   EXPECT_LT(
       farthest_off(hyperboloid, [](const vec3& p) { return std::sqrt(p.x * p.x + p.y * p.y) - std::sqrt(1 + p.z * p.z); }),
       1e-3f);
+  for (const char* points : {"\"point p1\" [1 0 1] \"point p2\" [.5 0 0]", "\"point p1\" [.5 0 0] \"point p2\" [1 0 1]"})
+    for_vertices(world("Shape \"hyperboloid\" " + std::string(points)),
+                 [](const vec3& p, const vec3& n) { EXPECT_GT(glm::dot(vec2(n), vec2(p)), 0) << "outwards"; });
 }
 
 TEST(PbrtSurfaces, SubdivisionRoundsAnOctahedron) {

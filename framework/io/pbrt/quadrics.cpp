@@ -85,9 +85,10 @@ SurfacePatch read_paraboloid(const PbrtParams& params) {
 
 // The surface that a segment sweeps as it turns about z.
 SurfacePatch read_hyperboloid(const PbrtParams& params) {
-  const vec3 p1 = params.point("p1", {0, 0, 0}), p2 = params.point("p2", {1, 1, 1});
+  vec3 p1 = params.point("p1", {0, 0, 0}), p2 = params.point("p2", {1, 1, 1});
   const float phi = read_phi(params);
   if (p1 == p2) params.fail("p2", "equals p1: there is no segment to turn");
+  if (p2.z == 0) std::swap(p1, p2);  // as pbrt-v3 does, which changes the side and v
   const auto at = [=](float u, float v) {
     const float c = math::cos(u * phi), s = math::sin(u * phi);
     const auto turned = [&](const vec3& p) { return vec3(p.x * c - p.y * s, p.x * s + p.y * c, p.z); };
