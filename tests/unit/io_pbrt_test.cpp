@@ -339,6 +339,22 @@ TEST(PbrtFiles, IncludeImportAndMeshesAreFoundFromTheirFile) {
   EXPECT_ERROR(world("Include \"absent.pbrt\""), "s.pbrt:3:9: cannot open 'absent.pbrt'");
 }
 
+TEST(PbrtFiles, CoordinateSystemsAcrossImportsAreTold) {
+  const TestDirectory directory;
+  const auto read = [&](const std::string& main, const std::string& imported) {
+    directory.write("part.pbrt", imported);
+    return load_scene(directory.write("main.pbrt", "Translate 0 0 5 Camera \"perspective\" WorldBegin " + main + triangle));
+  };
+  const std::string part = "Import \"part.pbrt\" ", there = "CoordSysTransform \"a\" ", light = "LightSource \"point\" ",
+                    name = "Translate 1 0 0 CoordinateSystem \"a\" ", told = "named on the other side of an Import";
+  const Scene by_camera = read(part, "CoordSysTransform \"camera\" " + light);
+  expect_near(std::get<PointLight>(by_camera.lights.at(0)).position + by_camera.origin, {0, 0, -5});
+  EXPECT_TRUE(warns(by_camera, "part.pbrt:1:19: CoordSysTransform: 'camera' is " + told));
+  EXPECT_TRUE(warns(read(part + there + light, name), told));
+  EXPECT_FALSE(warns(read(part + light, name + there), told));
+  EXPECT_FALSE(warns(read(name + part + there + light, light), told));
+}
+
 TEST(PbrtFiles, EndlessInclusionIsAnError) {
   const TestDirectory directory;
   const std::string main = directory.write("main.pbrt", "WorldBegin\nInclude \"again.pbrt\"");

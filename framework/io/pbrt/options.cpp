@@ -73,7 +73,7 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   const float opens = params.number("shutteropen", 0), closes = params.number("shutterclose", 1);
   if (params.has("shutteropen") || params.has("shutterclose")) camera_->open_time = closes - opens;
   params.finish();
-  coordinate_systems_.insert_or_assign("camera", Placement{ctm().inverse(), std::nullopt});
+  coordinate_systems_.insert_or_assign("camera", CoordinateSystem{{ctm().inverse(), std::nullopt}});
 }
 
 // Once the resolution is known.

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace etendue {
 
@@ -197,7 +198,9 @@ void PbrtReader::include(PbrtLexer& lexer, const Token& token) {
 void PbrtReader::import(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(token);
   push(Block::attribute, where);
+  const int outer = std::exchange(import_, ++imports_);
   include(lexer, token);
+  import_ = outer;
   attributes_ = pop(Block::attribute, "Import", where);
 }
 
@@ -206,7 +209,7 @@ void PbrtReader::world_begin(PbrtLexer&, const Token& token) {
   in_world_ = true;
   attributes_.ctm = {};
   attributes_.end_only = false;
-  coordinate_systems_.insert_or_assign("world", attributes_.ctm);
+  coordinate_systems_.insert_or_assign("world", CoordinateSystem{attributes_.ctm});
 }
 
 void PbrtReader::world_end(PbrtLexer&, const Token&) { world_ended_ = true; }

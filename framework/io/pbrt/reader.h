@@ -347,9 +347,14 @@ class PbrtReader {
   Attributes attributes_;
   std::vector<Saved> stack_;
   std::vector<std::function<void()>> forget_;
-  std::map<std::string, Placement, std::less<>> coordinate_systems_;
-  Rgb exposure_{1};        // by which the film scales the image
-  bool version3_ = false;  // as its film tells, or without one its WorldEnd
+  struct CoordinateSystem {
+    Placement ctm;
+    int of_import = 0;  // the number of the import that names it
+  };
+  std::map<std::string, CoordinateSystem, std::less<>> coordinate_systems_;
+  int import_ = 0, imports_ = 0;  // the number of the import that is being read, 0 of none, and how many there have been
+  Rgb exposure_{1};               // by which the film scales the image
+  bool version3_ = false;         // as its film tells, or without one its WorldEnd
   struct DirectOnly {
     Location where;
     std::string type;

@@ -103,7 +103,7 @@ void PbrtReader::concat_transform(PbrtLexer& lexer, const Token& token) {
 }
 
 void PbrtReader::coordinate_system(PbrtLexer& lexer, const Token&) {
-  coordinate_systems_.insert_or_assign(expect_string(lexer, "CoordinateSystem"), attributes_.ctm);
+  coordinate_systems_.insert_or_assign(expect_string(lexer, "CoordinateSystem"), CoordinateSystem{attributes_.ctm, import_});
 }
 
 void PbrtReader::coord_sys_transform(PbrtLexer& lexer, const Token&) {
@@ -112,10 +112,13 @@ void PbrtReader::coord_sys_transform(PbrtLexer& lexer, const Token&) {
   const auto found = coordinate_systems_.find(name);
   if (found == coordinate_systems_.end()) {
     std::vector<std::string> names;
-    for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
+    for (const auto& [known, system] : coordinate_systems_) names.push_back(known);
     throw Error(where, unknown_name("coordinate system", name, names));
   }
-  replace(found->second);
+  if (found->second.of_import != import_)
+    warn(where,
+         fmt::format("CoordSysTransform: '{}' is named on the other side of an Import; it counts, but not in pbrt-v4", name));
+  replace(found->second.ctm);
 }
 
 void PbrtReader::active_transform(PbrtLexer& lexer, const Token&) {
