@@ -122,6 +122,8 @@ TEST(Pbrt, MotionStaysAtItsStart) {
   expect_near(approximated(moves + "ActiveTransform All " + triangle).objects[0].geometry.positions.at(1), {2, 0, 0});
   const Scene inside = approximated("AttributeBegin ActiveTransform EndTime AttributeEnd Translate 1 0 0\n" + triangle);
   expect_near(inside.objects[0].geometry.positions.at(1), {2, 0, 0});
+  const Scene named = approximated("Translate 1 0 0 ActiveTransform EndTime CoordSysTransform \"world\" " + triangle);
+  expect_near(named.objects[0].geometry.positions.at(1), {1, 0, 0});
   EXPECT_TRUE(warns(approximated(moves),
                     "s.pbrt:3:17: ActiveTransform: nothing moves: taken as the place at the start time, "
                     "without blur (and in 1 more places)"));

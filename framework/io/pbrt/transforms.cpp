@@ -118,7 +118,7 @@ void PbrtReader::coord_sys_transform(PbrtLexer& lexer, const Token&) {
   if (found->second.of_import != import_)
     warn(where,
          fmt::format("CoordSysTransform: '{}' is named on the other side of an Import; it counts, but not in pbrt-v4", name));
-  replace(found->second.ctm);
+  attributes_.ctm = found->second.ctm;  // whichever transform is active
 }
 
 void PbrtReader::active_transform(PbrtLexer& lexer, const Token&) {
