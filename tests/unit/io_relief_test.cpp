@@ -63,6 +63,18 @@ TEST_F(Looks, PbrtHeightsThatDependOnThePlaceAreBaked) {
   EXPECT_NE(std::get<Plastic>(scene.materials[shape.material]).reflectance.texture, scene.reliefs[0].texture);
 }
 
+TEST_F(Looks, PbrtHeightsThatAreAnAlphaAsWellAreNotClamped) {
+  const std::string dots = "Texture \"d\" \"float\" \"dots\" \"float inside\" 5 \"float uscale\" 8 \"float vscale\" 8 ";
+  const Scene scene =
+      pbrt(dots + "Material \"diffuse\" \"texture displacement\" \"d\" Shape \"sphere\" \"texture alpha\" \"d\"");
+  const auto most = [&](std::uint32_t texture) {
+    const auto& texels = std::get<ImageTexture>(scene.textures.at(texture)).texels;
+    return std::ranges::max_element(texels, {}, [](const Rgb& texel) { return texel.x; })->x;
+  };
+  EXPECT_EQ(most(scene.reliefs.at(0).texture), 5);
+  EXPECT_EQ(most(scene.objects[0].shapes.at(0).mask), 1);
+}
+
 TEST_F(Looks, PbrtNormalMapsAreImageFiles) {
   const vec3 n = normal_of(pbrt("Material \"diffuse\" \"string normalmap\" \"lean.png\" " + triangle));
   expect_near(n, glm::normalize(vec3(0.6f, 0.0039f, 0.804f)), 1e-2f);

@@ -376,6 +376,7 @@ class PbrtReader {
   BakeBudget bake_budget_;
   struct BakedField {
     Field field;
+    Baked values;
     Bounds uv_range;
     std::uint32_t texture;
   };

@@ -239,9 +239,10 @@ std::uint32_t PbrtReader::baked_over_uv(const Field& field, Baked values, const 
   Bounds range;
   for (const vec2& uv : mesh.uvs) range.extend(vec3(uv, 0));
   for (const BakedField& baked : baked_)
-    if (baked.field == field && baked.uv_range.lower == range.lower && baked.uv_range.upper == range.upper)
+    if (baked.field == field && baked.values == values && baked.uv_range.lower == range.lower &&
+        baked.uv_range.upper == range.upper)
       return baked.texture;
-  baked_.push_back({field, range, add_texture(bake_over_uv(*field, values, range, bake_budget_))});
+  baked_.push_back({field, values, range, add_texture(bake_over_uv(*field, values, range, bake_budget_))});
   return baked_.back().texture;
 }
 
