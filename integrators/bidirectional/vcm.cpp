@@ -19,6 +19,10 @@ enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;
 constexpr float largest_radius = 0.05f;  // of merges, over the scene's diagonal, where neither it nor neighbours is given
+// The same radius is halved while more than this share of the light lands where less than half of a disc is on its surface.
+constexpr double most_on_small_surfaces = 0.02;
+constexpr int most_halvings = 10;
+constexpr std::size_t discs_tried = 256;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
 // Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
@@ -41,6 +45,26 @@ std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
     ray = spawn_ray(point, next.wi);
   }
   return std::nullopt;
+}
+
+// The share of the light that lands where less than half of a disc of the radius is on the surface, as it is within a lamp that
+// is smaller: merges there divide what they find by all of the disc.
+double share_on_small_surfaces(const RenderContext& context, std::span<const LightVertex* const> vertices, float radius) {
+  const std::size_t tried = std::min(vertices.size(), discs_tried);
+  std::vector<std::uint8_t> small(tried);
+  const auto vertex = [&](std::size_t i) -> const LightVertex& { return *vertices[i * vertices.size() / tried]; };
+  parallel_for(tried, 8, [&](std::size_t i) {
+    const SurfacePoint& point = vertex(i).point;
+    const vec3 normal = glm::dot(point.normal, vertex(i).wo) < 0 ? -point.normal : point.normal;
+    small[i] = VisibleDomain(context, point.position, normal, radius).share(Kernel::box) < 0.5f;
+  });
+  double all = 0, on_small = 0;
+  for (std::size_t i = 0; i < tried; ++i) {
+    const double power = luminance(vertex(i).power);
+    all += power;
+    if (small[i]) on_small += power;
+  }
+  return all > 0 ? on_small / all : 0;
 }
 
 class Vcm final : public Integrator {
@@ -113,8 +137,13 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   const auto k = static_cast<std::size_t>(neighbours);
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
   const float diagonal = glm::length(context.scene.bounds().diagonal());
-  const float largest = params_.neighbours > 0 ? infinity : largest_radius * diagonal;
-  return usual > 0 ? std::min(usual, largest) : 0.01f * diagonal;
+  if (!(usual > 0)) return 0.01f * diagonal;
+  if (params_.neighbours > 0) return usual;
+  float radius = std::min(usual, largest_radius * diagonal);
+  const std::vector<const LightVertex*> vertices = light_paths_.vertices();
+  for (int i = 0; i < most_halvings && share_on_small_surfaces(context, vertices, radius) > most_on_small_surfaces; ++i)
+    radius *= 0.5f;
+  return radius;
 }
 
 void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {

@@ -73,6 +73,30 @@ TEST(Vcm, MergesNoWiderThanTheSceneWhereHardlyAnyLightPathIsSeen) {
   for (std::size_t i = 0; i < merged.size(); ++i) EXPECT_NEAR(merged[i].y / expected[i].y, 1, 0.2) << "block " << i;
 }
 
+// Half of the light falls on the inside of a lamp of 6 cm, open at the front, behind glass.
+TEST(Vcm, MergesNoWiderThanSmallSurfacesThatHoldMuchOfTheLight) {
+  SceneBuilder b("lamp behind glass");
+  b.mesh(quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), b.material(Diffuse{Rgb(0.5f)}));
+  MeshData lamp = box({-0.03f, 0.97f, -0.03f}, {0.03f, 1.03f, 0.03f});
+  std::erase_if(lamp.triangles, [&](const uvec3& t) {
+    return lamp.positions[t.x].y + lamp.positions[t.y].y + lamp.positions[t.z].y < 2.92f;  // its lower face
+  });
+  ASSERT_EQ(lamp.triangles.size(), 10u);
+  for (uvec3& triangle : lamp.triangles) std::swap(triangle.y, triangle.z);  // shines inwards
+  b.mesh(lamp, b.material(Diffuse{Rgb(0.8f)}), Rgb(100));
+  b.quadric(Sphere{{0, 1, 0}, 0.3f}, b.material(Dielectric{.eta = 1.5f}));
+  b.camera({0, 0.5f, 1.5f}, {0, 0, 0}, 50, {16, 16});
+  const Scene scene = b.finish();
+  RenderOptions options;
+  options.resolution = {16, 16};
+  options.iterations = 256;
+  const auto mean = [&](const char* method) {
+    return testing::block_means(render(scene, method, options).image, 16).front().y;
+  };
+  const double expected = mean("bdpt"), merged = mean("vcm");
+  EXPECT_NEAR(merged / expected, 1, 0.05);
+}
+
 TEST(Bidirectional, MatchesCausticsOfPointLightsSeenDirectly) {
   for (const char* scene : {"builtin:mirror", "builtin:water"}) expect_exact_mean(scene, "bdpt", 64, 2e-5);
 }
