@@ -5,7 +5,8 @@
 namespace etendue {
 
 std::optional<DirectLight> sample_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf,
-                                               const vec3& wo, Sampler& sampler, MisMode mode, float followed_above) {
+                                               const vec3& wo, Sampler& sampler, MisMode mode, float followed_above,
+                                               float followed) {
   const vec2 u = sampler.get_2d();
   if (!bsdf.has_non_specular()) return std::nullopt;
   // The light is sampled from where the shadow ray will start: seen from the surface itself, the rim of a sphere light would
@@ -17,7 +18,7 @@ std::optional<DirectLight> sample_direct_light(const RenderContext& context, con
   float weight = 1;
   if (!light->delta && mode != MisMode::light) {
     const float pdf_bsdf = bsdf.pdf(wo, light->wi);
-    if (pdf_bsdf >= followed_above) weight = mis_weight(mode, light->pdf_solid_angle, pdf_bsdf);
+    if (pdf_bsdf >= followed_above) weight = mis_weight(mode, light->pdf_solid_angle, followed * pdf_bsdf);
   }
   return DirectLight{scattered * light->radiance * (weight / light->pdf_solid_angle), shadow_ray(point, *light)};
 }

@@ -39,6 +39,7 @@ struct Event {
   int depth;
   std::uint32_t previous;
   Rgb carried;            // of this event's value to the one before: albedo, and all between the two
+  Rgb carried_light;      // likewise of light that the direction meets, which is no part of the value
   Rgb arrived{0};         // to the event before, before this one's value: light between the two, and this one's direct light
   bool followed = false;  // the path met what is next, or nothing
 };
@@ -47,6 +48,7 @@ struct HashedState {
   std::uint32_t pixel;
   Rgb throughput{1};  // to the camera; once the cache is asked, to the last event
   float eta_scale = 1, pdf_bsdf = 0;
+  float followed = 1;  // the share of paths that follow such a direction
   bool asked = false, from_diffuse = false;
   CausticChain chain = {};
   std::uint32_t last_event = no_id;
@@ -151,8 +153,9 @@ void HashCache::read(const RenderContext& context, ByteReader& body) {
 // of that surface, which is not part of the event's value.
 void HashCache::meet_light(const RenderContext& context, const HashedState& state, const Ray& ray, const SurfacePoint* point,
                            Pixel& pixel, TileWavefront& wave) const {
-  const Rgb met =
-      state.chain.holds_emission() ? Rgb(0) : state.throughput * emitted_with_mis(context, ray, point, state.pdf_bsdf);
+  Rgb met(0);
+  if (!state.chain.holds_emission())
+    met = state.throughput * emitted_with_mis(context, ray, point, state.followed * state.pdf_bsdf) / state.followed;
   if (!state.from_diffuse) {
     (state.asked ? pixel.found : pixel.radiance) += met;
     return;
@@ -162,7 +165,7 @@ void HashCache::meet_light(const RenderContext& context, const HashedState& stat
   if (event.previous == no_id) {
     pixel.radiance += pixel.weight * met;
   } else {
-    event.arrived = pixel.found + event.carried * met;
+    event.arrived = pixel.found + event.carried_light * met;
     pixel.found = Rgb(0);
   }
 }
@@ -191,8 +194,9 @@ void HashCache::leave_diffuse(HashedState& state, const vec3& position, const ve
     pixel.u = pixel.sampler.get_2d();
     pixel.depth = key_depth(depth);
   }
-  const Rgb carried = !state.asked ? Rgb(1) : onward == Onward::teaches ? Rgb(0) : state.throughput * albedo;
-  wave.events.push_back({position, normal, key_depth(depth), state.last_event, carried});
+  const Rgb carried_light = state.asked ? state.throughput * albedo : Rgb(1);
+  const Rgb carried = onward == Onward::teaches ? Rgb(0) : carried_light;
+  wave.events.push_back({position, normal, key_depth(depth), state.last_event, carried, carried_light});
   state.last_event = static_cast<std::uint32_t>(wave.events.size() - 1);
   state.asked = true;
 }
@@ -209,13 +213,14 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
   const bool diffuse = bsdf.is_diffuse() && takes_records(point, wo);
   const Rgb albedo = diffuse ? bsdf.diffuse_albedo() : Rgb(1);
   const Onward next = diffuse ? onward(state, point.position, normal, albedo, depth, pixel) : Onward::follows;
+  const float followed = next == Onward::follows ? 1 : depth + 1 >= max_depth_ ? 0 : std::min(traced_on_, 1.0f);
   Rgb& found = state.asked ? pixel.found : pixel.radiance;
   if (caustics_ && caustics_->gathers_at(point.material))
     found += state.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   const int samples = diffuse && !state.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i) {
-    const MisMode mode = next == Onward::follows ? MisMode::power : MisMode::light;
-    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler, mode))
+    const MisMode mode = followed > 0 ? MisMode::power : MisMode::light;
+    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler, mode, 0, followed))
       wave.paths.gain({&found, state.throughput * light->radiance / static_cast<float>(samples)}, light->shadow_ray);
   }
   if (next == Onward::ends) return false;
@@ -238,6 +243,7 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
     worth = max_component(state.throughput) * state.eta_scale;
   }
   state.from_diffuse = diffuse;
+  state.followed = diffuse ? followed : 1;
   state.pdf_bsdf = scattered.pdf_solid_angle;
   ray = spawn_ray(point, scattered.wi);
   if (depth + 1 < params_.roulette_depth) return true;

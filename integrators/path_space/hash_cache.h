@@ -23,7 +23,8 @@
 // their cells' means (at least 1), taken over the whole scene: if each cell decided by its own values, paths would end with
 // means that are too low and go on from those that are too high. Roulette compares an event's value with the event before, not
 // with the pixel, because the value counts in full in its own cell. Light that a direction meets is MIS-weighted with the light
-// sample at its origin, except where a value ends with a cell and follows no direction.
+// sample at its origin. Where a value ends with a cell, a share s follows a direction, and the weights count it as s samples
+// ([Veach1995]): near the rim of a lamp light samples alone would have no bound, and one of them would be seen for long.
 //
 // A cache can be saved and loaded. It then continues for any view of the scene as if its earlier samples had been the first of
 // this image, whose mean is over the new ones alone. The parameters that decide which cells answer (`enough`, `finest`) may
