@@ -1,9 +1,6 @@
 #include "integrators/photons/caustic_light.h"
 
-#include "framework/core/elementary.h"
-
 #include <algorithm>
-#include <cmath>
 
 namespace etendue {
 
@@ -11,14 +8,12 @@ namespace {
 
 // Photons are new in every iteration, whose noise is small beside that of the paths by a few of them already: fewer than a map
 // that stays has make less blur, and gathers that take less time.
-constexpr int nearest_photons = 10, fewest_a_pass = 20000;
+constexpr int nearest_photons = 10;
 
-PhotonMapsParams maps_of(int caustic_photons, ivec2 resolution) {
-  const double wanted = static_cast<double>(caustic_photons_a_pixel) * resolution.x * resolution.y;
+PhotonMapsParams maps_of(int caustic_photons) {
   PhotonMapsParams maps;
   maps.photons = 1;  // there is no global map
-  maps.caustic_photons =
-      caustic_photons > 0 ? caustic_photons : static_cast<int>(std::clamp(wanted, double{fewest_a_pass}, 2e9));
+  maps.caustic_photons = caustic_photons;
   maps.caustic_map = CausticMap::on;
   maps.k = nearest_photons;
   maps.carry_below = 0;  // all but delta lobes are gathered at
@@ -28,7 +23,7 @@ PhotonMapsParams maps_of(int caustic_photons, ivec2 resolution) {
 }  // namespace
 
 CausticLight::CausticLight(const RenderContext& context, int caustic_photons, int max_depth, SamplerKind sampler, float narrow)
-    : maps_(maps_of(caustic_photons, context.resolution), ""), max_depth_(max_depth) {
+    : maps_(maps_of(caustic_photons), ""), max_depth_(max_depth) {
   maps_.prepare(context, {0, max_depth, sampler, false, true});
   narrow = std::min(PhotonMapsParams().carry_below, narrow);
   if (std::ranges::none_of(context.scene.lights, is_delta)) lobes_.emplace(context.scene, narrow, LobeTails::gathered);
@@ -39,7 +34,7 @@ void CausticLight::trace(RenderContext& context, std::uint32_t iteration) {
   Sampler numbers(SamplerKind::independent, context.seed, Stream::light_path, hash_keys(3), iteration);
   weight_ = emission_.weight(numbers.get_1d());
   if (weight_ == 0) return;
-  maps_.trace_caustics(context, iteration, static_cast<float>(1 / math::cbrt(iteration + 1.0)));
+  maps_.trace_caustics(context, iteration);
 }
 
 }  // namespace etendue

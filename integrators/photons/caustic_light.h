@@ -40,7 +40,7 @@ void describe_caustics(Visitor& v, CausticParams& p) {
            "of photons that come by way of specular surfaces; auto: where paths find their light too seldom; off: paths meet "
            "lights behind them by chance");
   v.integer("caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
-            "emitted for that map in every iteration; 0: three for each pixel, but no fewer than 20,000");
+            "emitted for that map in every iteration; 0: three for each pixel, at least 20,000");
 }
 
 // As long as v emissions have brought nothing, the next one takes place with a chance of 1 / v and counts v times. The mean is

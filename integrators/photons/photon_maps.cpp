@@ -1,5 +1,6 @@
 #include "integrators/photons/photon_maps.h"
 
+#include "framework/core/elementary.h"
 #include "framework/core/parallel.h"
 #include "integrators/photons/cache_points.h"
 #include "integrators/photons/kernel_domain.h"
@@ -9,11 +10,13 @@ namespace etendue {
 namespace {
 
 constexpr int fewest_photons = 200000;  // by default
-// Where caustic photons are new in every iteration, these are the iterations until there are all, and the least part of the
-// disc over k of them that counts.
-constexpr double growing_passes = 16;
-constexpr float least_share = 0.2f;
 constexpr float least_caustic_share = 0.1f;
+
+// For a map that is new in every iteration.
+int new_caustic_photons(ivec2 resolution) {
+  constexpr double a_pixel = 3, fewest = 20000;
+  return static_cast<int>(std::clamp(a_pixel * resolution.x * resolution.y, fewest, 2e9));
+}
 
 // The radius of a wide kernel, in metres, for maps that tell no radius.
 float wide_radius(const Scene& scene) {
@@ -39,7 +42,9 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   const bool hulls = params_.edges == Edges::hull;
   const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0 || hulls);
   separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
-  caustic_photons_ = caustics_traced_ = params_.caustic_photons > 0 ? params_.caustic_photons : fewest_photons;
+  caustic_photons_ = params_.caustic_photons > 0 ? params_.caustic_photons
+                     : use.new_caustics          ? new_caustic_photons(context.resolution)
+                                                 : fewest_photons;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;
   holds_caustics_ = caustics && !separate_caustics_;
@@ -182,20 +187,14 @@ float PhotonMaps::radius_of_few(const std::vector<vec3>& positions) {
   return distances.empty() ? 0 : median(distances);
 }
 
-void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass, float share) {
+void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
   if (!separate_caustics_) return;
-  if (use_.new_caustics && params_.caustic_photons == 0) {
-    const double first = caustic_photons_a_pixel * static_cast<double>(context.resolution.x) * context.resolution.y;
-    const double grown = std::min(1.0, pass / growing_passes);
-    caustics_traced_ =
-        static_cast<int>(std::min<double>(caustic_photons_, glm::mix(first, static_cast<double>(caustic_photons_), grown)));
-    share = std::max(least_share, static_cast<float>(caustics_traced_) / static_cast<float>(caustic_photons_));
-  }
   Photons photons =
-      trace(context, pass_of(caustics_traced_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
+      trace(context, pass_of(caustic_photons_, hash_keys(1, pass), use_.max_depth - 1, photon_caustic, seen_.get()));
   const auto timed = context.phases.measure("build");
   const bool few = use_.new_caustics && params_.radius == 0 && photons.size() < static_cast<std::size_t>(params_.k);
   const float radius = few ? std::min({radius_of_few(photons.position), wide_radius_, largest_radius_}) : params_.radius;
+  const float share = use_.new_caustics ? static_cast<float>(1 / math::cbrt(pass + 1.0)) : 1;
   build(context, caustic_, std::move(photons), params_.edges, radius, share, use_.new_caustics);
 }
 

@@ -9,11 +9,11 @@
 // reaches what is seen, gather rays would otherwise find only a few photons: their noise would be that of the whole image, and
 // their kernels would reach far beyond edges and under doors.
 //
-// The pilot's photons are the first map of methods whose map grows. A cache's caustic map that is new in every iteration grows,
-// too, lest small images and short runs wait for it. Of fewer photons an inner part of the disc over k of them counts, so that
-// kernels are no wider (but in small images, for the first iterations), and iterations average the noise. Kernels over fewer
-// than k would take less time, and make too little of light of low discrepancy. Where photons of such a map lie evenly, kernels
-// are wider (photon_gather.h).
+// The pilot's photons are the first map of methods whose map grows. A cache's caustic map that is new in every iteration has
+// three photons a pixel, which take about as long as the pixels' own paths. Iterations average its noise. So in iteration n the
+// disc over k of them counts in its inner n^(-1/3) alone: blur and noise then both fall as fast as they can together, as with
+// the radii of [Knaus2011] for alpha = 2/3. Kernels over fewer than k would take less time, and make too little of light of low
+// discrepancy. Where photons of such a map lie evenly, kernels are wider (photon_gather.h).
 //
 // With an emission other than by power, camera paths (and gather rays) mark where each map will be looked up: within twice the
 // radius that k photons need if half of those emitted reach the area that is seen. With emission by visibility, which brings no
@@ -30,9 +30,6 @@ namespace etendue {
 
 enum class CausticMap : std::uint8_t { where_needed, on, off };
 constexpr auto names_of(CausticMap) { return std::array{"auto", "on", "off"}; }
-
-// Caustic photons that are new in every iteration: so many of the first for each pixel.
-inline constexpr int caustic_photons_a_pixel = 3;
 
 struct PhotonMapsParams {
   int photons = 200000;
@@ -55,11 +52,9 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.integer(
       "photons", p.photons, 0, 2000000000, "photons",
       "emitted for the global map; 0: 200,000, for gather rays up to tenfold and 32 a pixel where few land on what is seen");
-  v.integer(
-      "caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
-      "emitted for the caustic map, where there is one; 0: 200,000; new in every iteration of a cache, three a pixel in the "
-      "first, if those are fewer, and more in each until they are 200,000 in the 17th, under kernels that are no "
-      "wider, but where photons lie evenly");
+  v.integer("caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
+            "emitted for the caustic map, where there is one; 0: 200,000; new in every iteration of a cache, three a pixel, "
+            "at least 20,000");
   v.integer(
       "k", p.k, 0, 1000000, "photons",
       "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "
@@ -103,11 +98,11 @@ class PhotonMaps {
   // Maps of different passes are independent, but for the radius of a caustic map of fewer than k photons, which goes by where
   // those of earlier passes landed. `share`: of the photons; where the pilot had as many, its map stays.
   void trace_global(RenderContext& context, std::uint32_t pass, float share = 1);
-  // Nothing where there is no caustic map. `share`: of the disc that the k nearest photons reach, which alone counts.
-  void trace_caustics(RenderContext& context, std::uint32_t pass, float share = 1);
+  // Nothing where there is no caustic map.
+  void trace_caustics(RenderContext& context, std::uint32_t pass);
 
   int photons() const { return photons_; }                                           // emitted for the global map
-  int caustic_photons() const { return separate_caustics_ ? caustics_traced_ : 0; }  // for the latest caustic map
+  int caustic_photons() const { return separate_caustics_ ? caustic_photons_ : 0; }  // for a caustic map
   const RoughMaterials& rough_materials() const { return *rough_materials_; }
   const PhotonMap& global() const { return global_; }
   // Caustics at a rough vertex, apart from those that are part of `seen_directly`; of directions of a BSDF density below
@@ -138,8 +133,7 @@ class PhotonMaps {
   PhotonMapsUse use_;
   int photons_ = 0;          // of the global map
   int pilots_ = 0;           // of the map that the pilot left as the global one; 0: none
-  int caustic_photons_ = 0;  // of the caustic map, where there is one, at most
-  int caustics_traced_ = 0;  // of the latest
+  int caustic_photons_ = 0;  // of the caustic map, where there is one
   bool separate_caustics_ = false;
   bool holds_caustics_ = false;  // the global map, to be seen directly
   Edges global_edges_ = Edges::disc;

@@ -115,12 +115,12 @@ TEST(PhotonCache, NewCausticPhotonsFollowPixelsAndIterations) {
     };
     return emitted("on") - emitted("off");
   };
-  EXPECT_EQ(emitted_for_caustics(16, 1, true), 768u);
-  EXPECT_EQ(emitted_for_caustics(16, 3, true), 768u + 13220 + 25672);  // of 768 and 200,000, 1/16 and 2/16 farther
+  EXPECT_EQ(emitted_for_caustics(16, 1, true), 20000u);
+  EXPECT_EQ(emitted_for_caustics(128, 3, true), 3u * 3 * 128 * 128);
   EXPECT_EQ(emitted_for_caustics(16, 3, false), 200000u);
 }
 
-TEST(PhotonCache, CausticsOfAMapThatGrowsAreThoseOfTheClosedForm) {
+TEST(PhotonCache, NewCausticsAreThoseOfTheClosedForm) {
   const Scene scene = load_scene("builtin:water?camera=above");
   RenderOptions options = options_for(6, {{"samples", std::int64_t{8}}});
   options.params.erase("caustic_photons");
