@@ -18,12 +18,12 @@ enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 
 // Points a side of the grid at which the pilot pass looks for light vertices, and its number among the iterations.
 constexpr int pilot_grid = 32;
-constexpr float largest_radius = 0.05f;  // of merges, over the scene's diagonal, where neither it nor neighbours is given
-// The same radius is halved while more than this share of the light lands where less than half of a disc is on its surface.
+constexpr std::uint32_t pilot_iteration = 0xffffffffu;
+
+// A first radius that is not given is halved while more than this share of the light lands on surfaces that are small for it.
 constexpr double most_on_small_surfaces = 0.02;
 constexpr int most_halvings = 10;
 constexpr std::size_t discs_tried = 256;
-constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
 // Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
 constexpr float narrow_lobe = 0.05f;
@@ -136,10 +136,9 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   }
   const auto k = static_cast<std::size_t>(neighbours);
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
-  const float diagonal = glm::length(context.scene.bounds().diagonal());
-  if (!(usual > 0)) return 0.01f * diagonal;
+  if (!(usual > 0)) return 0.01f * glm::length(context.scene.bounds().diagonal());
   if (params_.neighbours > 0) return usual;
-  float radius = std::min(usual, largest_radius * diagonal);
+  float radius = usual;
   const std::vector<const LightVertex*> vertices = light_paths_.vertices();
   for (int i = 0; i < most_halvings && share_on_small_surfaces(context, vertices, radius) > most_on_small_surfaces; ++i)
     radius *= 0.5f;

@@ -85,6 +85,16 @@ TEST(HashCache, LearnsNoFirefliesBesideALamp) {
     EXPECT_LT(relmse(render(scene, "hash-cache", options).image, exact), 3e-4) << options.seed;
 }
 
+// A twentieth of the paths that end with a cell meets light there, and it counts for all.
+TEST(HashCache, CountsLightThatFewPathsMeet) {
+  const Scene scene = load_scene("builtin:concentric-spheres");
+  RenderOptions options;
+  options.resolution = {48, 48};
+  options.iterations = 64;
+  const Image exact = exact_image(scene, options.resolution);
+  EXPECT_LT(std::abs(testing::bias_over_seeds(scene, "hash-cache", options, 4, exact).mean), 0.0015);
+}
+
 // The metal reflects what the cache has smoothed: at the same samples, and in about the same time, a fraction of the
 // error.
 TEST(HashCache, BeatsPathTracingInTheGlossyBox) {
