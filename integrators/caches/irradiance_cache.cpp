@@ -210,9 +210,11 @@ bool IrradianceCache::meet(const RenderContext& context, float next_accuracy, Ca
   const Bsdf bsdf(context.scene, point);
   const bool cached = is_cached(bsdf);
   // Light samples at a cached surface: all of its direct light, or only that of lights no ray can find.
-  const MisMode mode = !cached ? MisMode::power : params_.cache_direct ? MisMode::bsdf : MisMode::light;
+  const MisMode mode = !cached ? MisMode::power : params_.cache_direct ? MisMode::bsdf : direct_;
   if (const auto light = sample_direct_light(context, point, bsdf, wo, out.sampler, mode))
     wave.gain({path.found_light, path.throughput * light->radiance}, light->shadow_ray);
+  if (cached && mode == MisMode::power)
+    *path.found_light += path.throughput * met_by_bsdf(context, point, bsdf, wo, out.sampler);
   if (caustics_ && caustics_->gathers_at(point.material))
     *path.found_light += path.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   path.met_light = path.found_light;

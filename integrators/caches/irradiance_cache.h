@@ -2,8 +2,9 @@
 //
 // Indirect irradiance changes slowly over diffuse surfaces: it is computed by path tracing over a stratified hemisphere at few
 // points and interpolated between. Cached are diffuse surfaces and the diffuse base of a smooth plastic (whose coat's
-// transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample; delta
-// lobes and all rough lobes are followed by path tracing until a cached surface.
+// transmission of the incoming light is taken at its hemispherical mean). Direct light is sampled per camera sample, by the
+// samples that choose_direct (integrators/paths/path_choices.h) finds fit; delta lobes and all rough lobes are followed by path
+// tracing until a cached surface.
 //
 // How the cache refines, and how it is saved and loaded: integrators/caches/record_cache.h. With `records` it is filled to that
 // number before the first iteration, and only passes are added (and, loaded for another view, records for what is not covered

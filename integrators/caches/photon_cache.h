@@ -2,9 +2,9 @@
 // [Christensen1999]; records, metrics and gradients as in integrators/caches/irradiance_cache.h).
 //
 // The camera path passes specular-like vertices to each rough vertex it meets (integrators/photons/photon_camera_path.h).
-// Direct light is sampled there, caustics are those of the caustic map, which exists where the scene needs it
-// (integrators/photons/photon_maps.h); indirect light is interpolated between records on diffuse surfaces and the diffuse base
-// under a smooth coat. Records are filled by
+// Direct light is sampled there as in irradiance-cache, caustics are those of the caustic map, which exists where the scene
+// needs it (integrators/photons/photon_maps.h); indirect light is interpolated between records on diffuse surfaces and the
+// diffuse base under a smooth coat. Records are filled by
 //
 //   gather    a stratified hemisphere of rays, each of which ends at its first rough vertex in the global map's density. The
 //             first hits' distances give all metrics and gradients of the other caches, the photons all further bounces: a ray

@@ -48,6 +48,7 @@ void RecordCache::start(const RenderContext& context, const CacheSettings& setti
   // Samples out of their sequence's order could weigh less than nothing in all, where a filter has negative parts.
   shares_ = SampleShares(context.resolution, has_signed_filter(context) ? 0 : extra_samples,
                          progress_.refines ? standing_.first_round() : 0, progress_.refines);
+  direct_ = choose_direct(context);
   if (extra_samples > 0 && is_smooth(context, SampleShares::smooth)) shares_.begin_with_one();
   if (progress_.refines) stated_.assign(seen.size(), -1);
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), shares_levels());

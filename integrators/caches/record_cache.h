@@ -133,6 +133,7 @@ class RecordCache : public Integrator, public FileCache {
   const SamplerKind sampler_;
   const int asked_depth_;
   int max_depth_ = 0;
+  MisMode direct_ = MisMode::light;  // of direct light where no path goes on
   CacheProgress progress_;
   CacheStanding standing_;
   std::unique_ptr<CacheLevels> cache_;

@@ -36,4 +36,17 @@ inline Rgb emitted_with_mis(const RenderContext& context, const Ray& ray, const 
   return met + passed_with_mis(context, ray, distance, pdf_bsdf, throughput, mis);
 }
 
+// Emission that a BSDF sample of its own meets, MIS-weighted with a light sample, at a vertex where no path goes on.
+inline Rgb met_by_bsdf(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                       Sampler& sampler) {
+  const float u_lobe = sampler.get_1d();
+  const BsdfSample next = bsdf.sample(wo, u_lobe, sampler.get_2d());
+  if (!next || next.specular) return Rgb(0);
+  Ray ray = spawn_ray(point, next.wi);
+  const Hit hit = trace(context, ray);
+  if (!hit) return emitted_with_mis(context, ray, nullptr, next.pdf_solid_angle, next.weight);
+  const SurfacePoint met = context.scene.surface_at(ray, hit);
+  return emitted_with_mis(context, ray, &met, next.pdf_solid_angle, next.weight);
+}
+
 }  // namespace etendue

@@ -247,6 +247,30 @@ bool panes_hide_lights(const RenderContext& context) {
   });
 }
 
+// Emission that a BSDF sample meets from the surface that a camera path meets first, where that is diffuse.
+struct MetEmission {
+  float radiance;             // of its brightest channel, as the camera sees it reflected
+  float pdf_bsdf, pdf_light;  // per solid angle, of finding it by either kind of sample
+};
+std::optional<MetEmission> met_from_surface_seen(PathSample path, const RenderContext& context) {
+  const Hit seen = trace(context, path.ray);
+  if (!seen) return std::nullopt;
+  const SurfacePoint point = context.scene.surface_at(path.ray, seen);
+  const Bsdf bsdf(context.scene, point);
+  if (!bsdf.is_diffuse()) return std::nullopt;
+  const float u_lobe = path.sampler.get_1d();
+  const BsdfSample next = bsdf.sample(-path.ray.direction, u_lobe, path.sampler.get_2d());
+  if (!next) return std::nullopt;
+  const Ray ray = spawn_ray(point, next.wi);
+  const Hit hit = trace(context, ray);
+  const auto met = hit ? std::optional(context.scene.surface_at(ray, hit)) : std::nullopt;
+  const Rgb emitted = met ? context.lights.emitted(*met, -ray.direction) : context.lights.environment(ray.direction);
+  if (is_black(emitted)) return std::nullopt;
+  const float pdf_light =
+      met ? context.lights.pdf(ray.origin, ray.direction, *met) : context.lights.environment_pdf(ray.direction);
+  return MetEmission{max_component(next.weight * emitted), next.pdf_solid_angle, std::max(pdf_light, 1e-30f)};
+}
+
 }  // namespace
 
 MisChoice choose_mis(const RenderContext& context) {
@@ -258,6 +282,24 @@ MisChoice choose_mis(const RenderContext& context) {
   if (panes_hide_lights(context)) return {MisMode::bsdf, "specular surfaces hide all lights from light samples"};
   if (light_samples_are_dense(context)) return {MisMode::light, "lights are small from every diffuse surface"};
   return {MisMode::power, "BSDF samples find some lights as well as light samples do"};
+}
+
+MisMode choose_direct(const RenderContext& context) {
+  constexpr int side = 16;
+  constexpr std::uint32_t tries = 4, first_index = 1u << 30;  // numbers of no image's paths
+  constexpr double least_gain = 1.5;
+  double by_light = 0, by_both = 0;
+  for (int i = 0; i < side * side; ++i)
+    for (std::uint32_t s = 0; s < tries; ++s) {
+      const ivec2 pixel = (2 * ivec2(i % side, i / side) + 1) * context.resolution / (2 * side);
+      const auto met = met_from_surface_seen(camera_path(context, pixel, SamplerKind::independent, first_index + s), context);
+      if (!met) continue;
+      const double square_of_met = square(met->radiance), denser = met->pdf_bsdf / met->pdf_light;
+      const double weight = mis_weight(MisMode::power, met->pdf_light, met->pdf_bsdf);
+      by_light += square_of_met * denser;
+      by_both += square_of_met * (square(weight) * denser + square(1 - weight));
+    }
+  return by_light > least_gain * by_both ? MisMode::power : MisMode::light;
 }
 
 float roulette_evenness(const RenderContext& context, const PathSettings& settings) {

@@ -18,6 +18,11 @@ struct MisChoice {
 // depends on the scene and on how its lights are chosen.
 MisChoice choose_mis(const RenderContext& context);
 
+// Which samples find direct light at what is seen where no path goes on, as records bring the rest: light samples alone, or,
+// where these scatter more than both kinds by the power heuristic, for which a BSDF sample is worth its ray, both. Few BSDF
+// samples tell the second moment of either way: close to a large lamp, where light samples have no bound, they go there most.
+MisMode choose_direct(const RenderContext& context);
+
 // How many times its throughput a path's chance to survive roulette may be: the mean of a pixel over the standard deviation of
 // its paths, which is the ratio of least cost for a given error ([Veach1997] 10.4), where that is above `least_evenness`;
 // else 1. Where every path brings the same, roulette is all the noise there is. It is estimated from few paths, and again
