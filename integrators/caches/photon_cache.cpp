@@ -155,8 +155,7 @@ void PhotonCache::camera_sample(const RenderContext& context, float next_accurac
                                    int depth, float distance) {
     const int remaining = max_depth_ - depth - 1;
     const Rgb caustics = maps_.caustics(context, point, bsdf, wo, remaining);
-    Rgb radiance = direct_light(context, point, bsdf, wo, sample.sampler, direct_) + caustics;
-    if (direct_ == MisMode::power) radiance += met_by_bsdf(context, point, bsdf, wo, sample.sampler);
+    Rgb radiance = all_direct_light(context, point, bsdf, wo, sample.sampler, direct_) + caustics;
     // Photons that stay have noise of their own; of those that are new in every iteration the samples' scatter tells.
     const auto state_error_of = [&](const Rgb& by_photons) {
       if (sample.states_error && !params_.retrace && params_.k > 0)

@@ -8,6 +8,7 @@
 #include "integrators/path_space/path_space_grid.h"
 #include "integrators/paths/emission.h"
 #include "integrators/paths/path.h"
+#include "integrators/paths/path_choices.h"
 #include "integrators/paths/wavefront.h"
 #include "integrators/photons/cache_points.h"
 #include "integrators/pilot/caustic_need.h"
@@ -72,6 +73,7 @@ class HashCache final : public Integrator, public FileCache {
     decide_caustic_map(context, params_, enough_hits_of_cells);
     context.choose_lights_by(params_.lights);
     max_depth_ = context.max_depth(params_.max_depth);
+    direct_ = choose_direct(context);
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);
     first_ = samples_;
@@ -123,7 +125,8 @@ class HashCache final : public Integrator, public FileCache {
 
   HashCacheParams params_;
   int max_depth_ = 0;
-  float traced_on_ = 0;  // of paths where they could end, in this iteration
+  MisMode direct_ = MisMode::light;  // where paths end by the limit of depth
+  float traced_on_ = 0;              // of paths where they could end, in this iteration
   std::optional<PathSpaceGrid> grid_;
   std::unique_ptr<CausticLight> caustics_;        // null: paths meet lights behind specular surfaces by chance
   std::uint32_t samples_ = 0, first_ = 0;         // per pixel, that the grid knows; of them from a file
@@ -219,10 +222,12 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
     found += state.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   const int samples = diffuse && !state.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i) {
-    const MisMode mode = followed > 0 ? MisMode::power : MisMode::light;
-    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler, mode, 0, followed))
+    const MisMode mode = followed > 0 ? MisMode::power : direct_;
+    if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler, mode, 0, followed > 0 ? followed : 1))
       wave.paths.gain({&found, state.throughput * light->radiance / static_cast<float>(samples)}, light->shadow_ray);
   }
+  if (followed == 0 && direct_ == MisMode::power)
+    found += state.throughput * met_by_bsdf(context, point, bsdf, wo, pixel.sampler);
   if (next == Onward::ends) return false;
   // Roulette goes by the weight of this event's value in that of the event before, once there is one: the weight in the pixel
   // says nothing about that in the cell.

@@ -49,4 +49,11 @@ inline Rgb met_by_bsdf(const RenderContext& context, const SurfacePoint& point, 
   return emitted_with_mis(context, ray, &met, next.pdf_solid_angle, next.weight);
 }
 
+// All direct light at a vertex where no path goes on, as choose_direct (integrators/paths/path_choices.h) would have it found.
+inline Rgb all_direct_light(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,
+                            Sampler& sampler, MisMode mode) {
+  const Rgb sampled = direct_light(context, point, bsdf, wo, sampler, mode);
+  return mode == MisMode::power ? sampled + met_by_bsdf(context, point, bsdf, wo, sampler) : sampled;
+}
+
 }  // namespace etendue

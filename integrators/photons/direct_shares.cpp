@@ -1,6 +1,7 @@
 #include "integrators/photons/direct_shares.h"
 
 #include "framework/core/parallel.h"
+#include "integrators/paths/path_choices.h"
 #include "integrators/paths/sample_shares.h"
 
 #include <cmath>
@@ -18,19 +19,21 @@ constexpr float most_further = 7;  // leave an eighth of the variance; deep path
 // Parts of a pixel's sequence of camera samples beyond those that iterations use (framework/core/sampler.h).
 constexpr std::uint32_t first_of_further = 1u << 26, first_of_pilot = 2u << 26;
 
-Rgb camera_radiance(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind, std::uint32_t index, bool direct) {
+// What a camera path finds of emission, and where `direct` is given, of direct light.
+using Direct = std::optional<MisMode>;
+Rgb camera_radiance(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind, std::uint32_t index, Direct direct) {
   PathSample path = camera_path(walk.context, pixel, kind, index);
   Rgb reflected(0);
   const Rgb met = walk(path.ray, path.sampler, path.sampler,
                        [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int, float) {
                          if (!direct) return;
-                         reflected += throughput * direct_light(walk.context, point, bsdf, wo, path.sampler, MisMode::light);
+                         reflected += throughput * all_direct_light(walk.context, point, bsdf, wo, path.sampler, *direct);
                        });
   return met + reflected;
 }
 
 // A column or a single pixel has no other beside it.
-void run_pilot(const PhotonCameraPath& walk, SamplerKind kind, bool direct, const Tile& tile, SampleShares& seen) {
+void run_pilot(const PhotonCameraPath& walk, SamplerKind kind, Direct direct, const Tile& tile, SampleShares& seen) {
   bool differ = tile.end.x - tile.begin.x == 1;
   for (std::uint32_t i = 0; i < (differ ? whole_look : first_look); ++i) {
     std::optional<float> last;
@@ -44,7 +47,7 @@ void run_pilot(const PhotonCameraPath& walk, SamplerKind kind, bool direct, cons
 }
 
 // Luminance of the image, by a path in each tile.
-double mean_luminance(const PhotonCameraPath& walk, SamplerKind kind, bool direct) {
+double mean_luminance(const PhotonCameraPath& walk, SamplerKind kind, Direct direct) {
   std::vector<float> found(path_tile_count(walk.context.resolution));
   parallel_for(found.size(), 16, [&](std::size_t number) {
     const ivec2 pixel = path_tile(walk.context.resolution, number).begin;
@@ -64,15 +67,15 @@ bool is_shown(const RenderContext& context, const Tile& tile) {
 
 // A filter with negative lobes divides by the sum of the pixel's own weights, of which further paths have none.
 DirectShares::DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, float further, bool direct)
-    : sampler_(sampler), direct_(direct) {
+    : sampler_(sampler), direct_(direct ? Direct(choose_direct(walk.context)) : std::nullopt) {
   if (!(further > 0) || has_signed_filter(walk.context)) return;
   const auto timed = walk.context.phases.measure("pilot");
   const ivec2 resolution = walk.context.resolution;
   SampleShares seen(resolution, 0, 0, true);
-  seen.know_mean(mean_luminance(walk, sampler, direct));  // the same for a part of the image as for the whole
+  seen.know_mean(mean_luminance(walk, sampler, direct_));  // the same for a part of the image as for the whole
   parallel_for(path_tile_count(resolution), 1, [&](std::size_t number) {
     const Tile tile = path_tile(resolution, number);
-    if (is_shown(walk.context, tile)) run_pilot(walk, sampler, direct, tile, seen);
+    if (is_shown(walk.context, tile)) run_pilot(walk, sampler, direct_, tile, seen);
   });
   seen.end_iteration();
   std::vector<std::uint8_t> counts(static_cast<std::size_t>(resolution.x) * resolution.y);

@@ -72,12 +72,12 @@ void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film&
 
 Rgb PhotonMapping::camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const {
   Rgb reflected_direct(0), seen(0);
-  const Rgb met =
-      walk(context)(ray, sample.sampler, sample.sampler,
-                    [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
-                      reflected_direct += throughput * direct_light(context, point, bsdf, wo, sample.sampler, MisMode::light);
-                      seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
-                    });
+  const Rgb met = walk(context)(
+      ray, sample.sampler, sample.sampler,
+      [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
+        reflected_direct += throughput * all_direct_light(context, point, bsdf, wo, sample.sampler, direct_.mode());
+        seen += throughput * reflected(context, point, bsdf, wo, depth, sample);
+      });
   return direct_.share(sample.pixel) * (met + reflected_direct) + seen;
 }
 

@@ -3,9 +3,9 @@
 #include "framework/core/counters.h"
 #include "framework/core/parallel.h"
 #include "framework/image/metrics.h"
-#include "framework/transport/direct_light.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/paths/path.h"
+#include "integrators/paths/path_choices.h"
 #include "integrators/photons/photon_camera_path.h"
 #include "integrators/photons/photon_path.h"
 #include "integrators/photons/visible_region.h"
@@ -158,7 +158,7 @@ class Vertices {
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float distance) {
             if (small_.lights.any_delta())
               seen_[key].behind_glass += luminance(throughput * through_glass(point, bsdf, wo, light));
-            direct += throughput * direct_light(small_, point, bsdf, wo, light, MisMode::light);
+            direct += throughput * all_direct_light(small_, point, bsdf, wo, light, direct_);
             note(seen_[key], point, bsdf, wo, depth, distance, probe);
           });
       const Rgb value = direct + rest;
@@ -254,6 +254,7 @@ class Vertices {
   std::vector<Seen> seen_;
   std::vector<vec3> positions_, sides_;  // of the vertices of all pixels
   std::unique_ptr<PointQuery> near_;
+  const MisMode direct_ = choose_direct(small_);
   float solid_angle_ = 0, brightest_ = 0;
   double behind_glass_ = 0;
 };
