@@ -24,7 +24,7 @@ class DirectShares {
   // `further`: paths, per relative standard deviation. `direct`: light samples at rough vertices, or emission alone.
   DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, float further, bool direct);
 
-  // Of all_direct_light (integrators/paths/emission.h).
+  // What all_direct_light (integrators/paths/emission.h) goes by.
   MisMode mode() const { return direct_.value_or(MisMode::light); }
   // The weight of what a pixel's own camera path finds.
   float share(std::size_t pixel) const { return 1 / (1 + static_cast<float>(count(pixel))); }

@@ -6,6 +6,7 @@
 #include "framework/core/sampling.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/paths/path.h"
+#include "integrators/paths/path_choices.h"
 #include "integrators/registry.h"
 
 #include <xxhash.h>
@@ -107,8 +108,13 @@ void record_photon_map(const Scene& scene, const RayQuery& tracer, int resolutio
                                                   {"final_gather", {gather_rays, {}}},
                                                   {"further_paths", {0.0, {}}},
                                                   {"max_depth", {path_events, {}}}});
-  recorder.record(nullptr, nullptr, &rays[index_of(RayKind::photon)], nullptr);
+  // The rays by which samples of direct light are chosen come before the photons'.
+  std::vector<Ray> looks, &photon_rays = rays[index_of(RayKind::photon)];
+  recorder.record(nullptr, nullptr, &looks, nullptr);
+  choose_direct(stage.context());
+  recorder.record(nullptr, nullptr, &photon_rays, nullptr);
   map->prepare(stage.context());
+  photon_rays.erase(photon_rays.begin(), photon_rays.begin() + static_cast<std::ptrdiff_t>(looks.size()));
   recorder.record(&camera, nullptr, &rays[index_of(RayKind::gather)], nullptr);
   map->iteration(stage.context(), 0, film);
 }
