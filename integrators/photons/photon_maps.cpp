@@ -12,10 +12,10 @@ namespace {
 constexpr int fewest_photons = 200000;  // by default
 constexpr float least_caustic_share = 0.1f;
 
-// For a map that is new in every iteration.
-int new_caustic_photons(ivec2 resolution) {
-  constexpr double a_pixel = 3, fewest = 20000;
-  return static_cast<int>(std::clamp(a_pixel * resolution.x * resolution.y, fewest, 2e9));
+// For a map that is new in every iteration. A kernel over k of them reaches over a small part of all there are.
+int new_caustic_photons(ivec2 resolution, int k) {
+  constexpr double a_pixel = 3, fewest = 20000, kernels = 800;
+  return static_cast<int>(std::clamp(a_pixel * resolution.x * resolution.y, std::max(fewest, kernels * k), 2e9));
 }
 
 // The radius of a wide kernel, in metres, for maps that tell no radius.
@@ -43,7 +43,7 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   const bool needed = caustics && (use.gather_rays > 0 || use.interpolated || params_.caustic_photons > 0 || hulls);
   separate_caustics_ = params_.caustic_map == CausticMap::on || (params_.caustic_map == CausticMap::where_needed && needed);
   caustic_photons_ = params_.caustic_photons > 0 ? params_.caustic_photons
-                     : use.new_caustics          ? new_caustic_photons(context.resolution)
+                     : use.new_caustics          ? new_caustic_photons(context.resolution, params_.k)
                                                  : fewest_photons;
   photons_ = params_.photons;
   if (photons_ == 0) photons_ = use.gather_rays > 0 ? enough_photons(context) : fewest_photons;

@@ -54,7 +54,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
       "emitted for the global map; 0: 200,000, for gather rays up to tenfold and 32 a pixel where few land on what is seen");
   v.integer("caustic_photons", p.caustic_photons, 0, 2000000000, "photons",
             "emitted for the caustic map, where there is one; 0: 200,000; new in every iteration of a cache, three a pixel, "
-            "at least 20,000");
+            "at least 20,000 and 800 k");
   v.integer(
       "k", p.k, 0, 1000000, "photons",
       "nearest photons whose reach is the kernel's radius, at least 2; 0: the radius is fixed; all of them are added up, which "

@@ -115,7 +115,7 @@ TEST(PhotonCache, NewCausticPhotonsFollowPixelsAndIterations) {
     };
     return emitted("on") - emitted("off");
   };
-  EXPECT_EQ(emitted_for_caustics(16, 1, true), 20000u);
+  EXPECT_EQ(emitted_for_caustics(16, 1, true), 800u * 50);
   EXPECT_EQ(emitted_for_caustics(128, 3, true), 3u * 3 * 128 * 128);
   EXPECT_EQ(emitted_for_caustics(16, 3, false), 200000u);
 }
