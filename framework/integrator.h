@@ -106,7 +106,7 @@ struct Expectation {
   double mse_exponent = -1;  // MSE ~ iterations^exponent; for biased methods until the plateau
   double bias_bound = 0;     // relative bias of the image's mean the method declares for smooth scenes (0 if unbiased)
   std::string note;          // what the bias comes from, with its source
-  std::string left_out{};    // light in this scene that the method never finds, and what does; empty: none is known
+  std::string left_out{};    // light in this scene that the method never finds, or loses, and what does; empty: none is known
 };
 
 // A record of a cache as it is shown: it serves surfaces that face as it does, within an ellipse or a cube about it.
