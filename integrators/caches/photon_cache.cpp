@@ -70,7 +70,10 @@ void PhotonCache::prepare(RenderContext& context) {
   context.choose_lights_by(params_.lights);
   max_depth_ = context.max_depth(params_.max_depth);
   maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true, params_.retrace});
-  if (gathers_) progress_.map_photons = maps_.photons();
+  if (gathers_) {
+    progress_.map_photons = maps_.photons();
+    progress_.first_map = std::max(progress_.first_map, maps_.photons_to_begin_with());
+  }
   expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   standing_.begin(context, has_overture() && gathers_);
   trace_map(context, 0);

@@ -71,12 +71,15 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   const bool asks_for_caustics =
       separate_caustics_ && params_.caustic_map == CausticMap::where_needed && params_.caustic_photons == 0;
   std::vector<float> radii(lines * lines), shares(lines * lines);
+  std::vector<Bounds> boxes(lines * lines);
   parallel_for(radii.size(), 16, [&](std::size_t i) {
     const ivec2 pixel = ivec2(i % lines, i / lines) * context.resolution / lines;
     const CachePoint seen = find_cache_point(context, pixel, use_.max_depth, use_.sampler, rough_materials_.get());
-    if (seen)
+    if (seen) {
+      boxes[i].extend(seen.position);
       radii[i] =
           global_.distance_to(context, near, GatherPoint::irradiance(seen.position, seen.geometric, seen.origin), widest);
+    }
     if (!asks_for_caustics || (i + 2 * (i / lines)) % 4 != 0) return;  // a quarter, staggered: look-ups take time
     const CachePoint rough = find_rough_point(context, pixel, use_.max_depth, use_.sampler, *rough_materials_);
     if (!rough) return;
@@ -91,7 +94,13 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   global_.set_edges(params_.edges);  // the pilot asks without, as hulls of caustics mislead
   std::erase(radii, 0.0f);
   if (radii.empty()) return fewest_photons;
-  return static_cast<int>(std::clamp<double>(photons_for(median(radii)), fewest_photons, most));
+  const double photons = photons_for(median(radii));
+  Bounds seen;
+  for (const Bounds& box : boxes) seen.extend(box);
+  constexpr double widest_at_first = 0.03;  // over the diagonal of what is seen
+  first_photons_ =
+      static_cast<int>(std::min(most, photons * square(wanted / (widest_at_first * glm::length(seen.diagonal())))));
+  return static_cast<int>(std::clamp<double>(photons, fewest_photons, most));
 }
 
 void PhotonMaps::mark_seen(const RenderContext& context) {

@@ -101,7 +101,9 @@ class PhotonMaps {
   // Nothing where there is no caustic map.
   void trace_caustics(RenderContext& context, std::uint32_t pass);
 
-  int photons() const { return photons_; }                                           // emitted for the global map
+  int photons() const { return photons_; }  // emitted for the global map
+  // A map that grows begins with these: kernels of fewer would lose too much light at edges and corners. 0: not known.
+  int photons_to_begin_with() const { return first_photons_; }
   int caustic_photons() const { return separate_caustics_ ? caustic_photons_ : 0; }  // for a caustic map
   const RoughMaterials& rough_materials() const { return *rough_materials_; }
   const PhotonMap& global() const { return global_; }
@@ -132,6 +134,7 @@ class PhotonMaps {
   PhotonMapsParams params_;
   PhotonMapsUse use_;
   int photons_ = 0;          // of the global map
+  int first_photons_ = 0;    // of a map that grows
   int pilots_ = 0;           // of the map that the pilot left as the global one; 0: none
   int caustic_photons_ = 0;  // of the caustic map, where there is one
   bool separate_caustics_ = false;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t asking_pixels = 32;  // one in so many
 constexpr int fewest_rays = 16;
-constexpr int first_map = 50000, map_growth = 8;  // photons that all rays of a record meet first; a step's factor
+constexpr int map_growth = 8;  // of a step
 constexpr double steps_per_doubling = 10;
 constexpr double pass_by_pass = 22;  // passes, from which on a step is one of them
 

@@ -13,9 +13,9 @@
 // ([Ward1988]'s error of a record is of first order; with gradients interpolation errs by its square, and the squared error by
 // the fourth power.)
 //
-// Where rays end in a map of 200,000 photons or more, that takes further steps: stage 2 meets an eighth of them, but 50,000 at
-// least, and each stage after it eight times as many until there are all. At such steps records are made anew: in a room that
-// takes less time than the photons, and no blur of a coarser map stays in them.
+// Where rays end in a map of four times `first_map` photons or more, that takes further steps: stage 2 meets an eighth of them,
+// but `first_map` at least, and each stage after it eight times as many until there are all. At such steps records are made
+// anew: in a room that takes less time than the photons, and no blur of a coarser map stays in them.
 //
 // An iteration begins with the next stage if that lowers the error by more than as much work on camera samples would. Let S be
 // the variance that the camera samples so far leave in a pixel and C the squared error that records state. Both fall about in
@@ -32,7 +32,8 @@ namespace etendue {
 struct CacheProgress {
   float accuracy = 0.2f;  // asked for
   bool refines = true;
-  int map_photons = 0;  // to which a map grows, in which rays end; 0: there is none
+  int map_photons = 0;    // to which a map grows, in which rays end; 0: there is none
+  int first_map = 50000;  // photons that all rays of a record meet first
 
   static constexpr std::uint32_t overture_stages = 2;  // with few rays
   static constexpr float coarse = 2;                   // accuracy of the first stage with all rays, over the one asked for
