@@ -20,7 +20,9 @@ enum class Setting : std::uint8_t { light_trace, bdpt, vcm };
 constexpr int pilot_grid = 32;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
-// A first radius that is not given is halved while more than this share of the light lands on surfaces that are small for it.
+// A first radius that is not given is at most this, over the scene's diagonal: on open ground discs of any size are whole. It
+// is halved while more than this share of the light lands on surfaces that are small for it.
+constexpr float largest_radius = 0.05f;
 constexpr double most_on_small_surfaces = 0.02;
 constexpr int most_halvings = 10;
 constexpr std::size_t discs_tried = 256;
@@ -136,9 +138,10 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   }
   const auto k = static_cast<std::size_t>(neighbours);
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
-  if (!(usual > 0)) return 0.01f * glm::length(context.scene.bounds().diagonal());
+  const float diagonal = glm::length(context.scene.bounds().diagonal());
+  if (!(usual > 0)) return 0.01f * diagonal;
   if (params_.neighbours > 0) return usual;
-  float radius = usual;
+  float radius = std::min(usual, largest_radius * diagonal);
   const std::vector<const LightVertex*> vertices = light_paths_.vertices();
   for (int i = 0; i < most_halvings && share_on_small_surfaces(context, vertices, radius) > most_on_small_surfaces; ++i)
     radius *= 0.5f;
