@@ -166,7 +166,7 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();
   KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours, options_.share);
   if (const float wide = even_radius(at, neighbours); wide > 0)
-    disc = find_disc(*query_, at.position(), 0, wide, neighbours, options_.share);
+    disc = find_disc(*query_, at.position(), 0, wide, neighbours, std::sqrt(options_.share));
   count(Counter::photons_gathered, disc.count);
   const float radius = std::sqrt(disc.radius_squared);
   const float photon_footprint = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;

@@ -16,8 +16,8 @@
 // A point takes the least radius of the blocks of its k nearest photons whose middle it lies near, if all of these pass, all k
 // photons count and no wall is near: at borders and in sharp caustics the k nearest stay. What is bright by chance passes as
 // often as what is dark, and photons are few that do not pass, so that even light keeps its mean. Unevenness that 8 k photons
-// do not tell from chance (ripples finer than the disc, a border at its rim) is blurred as by the wider disc, which vanishes
-// with `share` as the blur of the k nearest does.
+// do not tell from chance (ripples finer than the disc, a border at its rim) is blurred as by the wider disc. Of that the inner
+// sqrt(share) counts, so that its blur vanishes, too, but later: even light has none, and less noise.
 //
 // What stays is the bias of the kernel's width: smooth irradiance blurs by kappa r^2 laplacian(E) (kappa = 1/8 box, 1/12
 // Epanechnikov, 3/40 cone), and within r of an edge the part of the disc off the surface is missing (one half at the edge):
