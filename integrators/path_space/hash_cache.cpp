@@ -73,7 +73,10 @@ class HashCache final : public Integrator, public FileCache {
     decide_caustic_map(context, params_, enough_hits_of_cells);
     context.choose_lights_by(params_.lights);
     max_depth_ = context.max_depth(params_.max_depth);
-    direct_ = choose_direct(context);
+    {
+      const auto timed = context.phases.measure("pilot");
+      direct_ = choose_direct(context);
+    }
     const ivec2 size = context.resolution;
     if (!grid_) make_grid(context);
     first_ = samples_;
@@ -125,7 +128,7 @@ class HashCache final : public Integrator, public FileCache {
 
   HashCacheParams params_;
   int max_depth_ = 0;
-  MisMode direct_ = MisMode::light;  // where paths end by the limit of depth
+  MisMode direct_ = MisMode::light;  // where no path goes on: by the limit of depth, or with trace_on = 0
   float traced_on_ = 0;              // of paths where they could end, in this iteration
   std::optional<PathSpaceGrid> grid_;
   std::unique_ptr<CausticLight> caustics_;        // null: paths meet lights behind specular surfaces by chance
@@ -222,6 +225,7 @@ bool HashCache::meet(const RenderContext& context, HashedState& state, Ray& ray,
     found += state.throughput * caustics_->reflected(context, point, bsdf, wo, depth);
   const int samples = diffuse && !state.asked ? params_.light_samples : 1;
   for (int i = 0; i < samples; ++i) {
+    // Where none follows a direction, met_by_bsdf below is the BSDF sample of each.
     const MisMode mode = followed > 0 ? MisMode::power : direct_;
     if (const auto light = sample_direct_light(context, point, bsdf, wo, pixel.sampler, mode, 0, followed > 0 ? followed : 1))
       wave.paths.gain({&found, state.throughput * light->radiance / static_cast<float>(samples)}, light->shadow_ray);

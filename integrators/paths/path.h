@@ -46,6 +46,9 @@ struct PathSettings {
   float evenness = 1;  // as survival_of (roulette.h)
 };
 
+// Paths of a pixel from this number on are no image's: looks at a scene take them.
+inline constexpr std::uint32_t no_images_path = 1u << 30;
+
 // A path: its first ray, its random numbers, and the result.
 struct PathSample {
   Ray ray;

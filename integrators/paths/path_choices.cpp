@@ -85,12 +85,11 @@ bool light_samples_are_dense(const RenderContext& context) {
 // 0 where less than this share of them bring light: a few pairs may agree by chance.
 float evenness_of(const RenderContext& context, const PathSettings& settings, bool count_emission, double least_lit) {
   constexpr int side = 8;
-  constexpr std::uint32_t first_index = 1u << 30;  // numbers of no image's paths
   std::vector<PathSample> paths;
   for (int i = 0; i < side * side; ++i) {
     const ivec2 pixel = (2 * ivec2(i % side, i / side) + 1) * context.resolution / (2 * side);
     for (std::uint32_t s = 0; s < 2; ++s)
-      paths.push_back(camera_path(context, pixel, SamplerKind::independent, first_index + s));
+      paths.push_back(camera_path(context, pixel, SamplerKind::independent, no_images_path + s));
   }
   trace_paths(context, paths, 0, settings, count_emission);
   double sum = 0, squares = 0, lit = 0;
@@ -247,21 +246,28 @@ bool panes_hide_lights(const RenderContext& context) {
   });
 }
 
-// Emission that a BSDF sample meets from the surface that a camera path meets first, where that is diffuse.
+// Emission that a BSDF sample meets from the first surface that a camera path gets to by delta lobes, if it is diffuse, coated
+// or not.
 struct MetEmission {
-  float radiance;             // of its brightest channel, as the camera sees it reflected
+  float radiance;             // of its brightest channel, as that surface reflects it
   float pdf_bsdf, pdf_light;  // per solid angle, of finding it by either kind of sample
 };
-std::optional<MetEmission> met_from_surface_seen(PathSample path, const RenderContext& context) {
-  const Hit seen = trace(context, path.ray);
-  if (!seen) return std::nullopt;
-  const SurfacePoint point = context.scene.surface_at(path.ray, seen);
-  const Bsdf bsdf(context.scene, point);
-  if (!bsdf.is_diffuse()) return std::nullopt;
-  const float u_lobe = path.sampler.get_1d();
-  const BsdfSample next = bsdf.sample(-path.ray.direction, u_lobe, path.sampler.get_2d());
-  if (!next) return std::nullopt;
-  const Ray ray = spawn_ray(point, next.wi);
+std::optional<MetEmission> met_from_surface_seen(const RenderContext& context, PathSample path) {
+  constexpr int most_delta_lobes = 8;
+  Ray ray = path.ray;
+  BsdfSample next;
+  for (int i = 0; i < most_delta_lobes && (i == 0 || next.specular); ++i) {
+    const Hit hit = trace(context, ray);
+    if (!hit) return std::nullopt;
+    const SurfacePoint point = context.scene.surface_at(ray, hit);
+    const Bsdf bsdf(context.scene, point);
+    if (!bsdf.is_diffuse() && !bsdf.has_specular()) return std::nullopt;
+    const float u_lobe = path.sampler.get_1d();
+    next = bsdf.sample(-ray.direction, u_lobe, path.sampler.get_2d());
+    if (!next) return std::nullopt;
+    ray = spawn_ray(point, next.wi);
+  }
+  if (next.specular) return std::nullopt;
   const Hit hit = trace(context, ray);
   const auto met = hit ? std::optional(context.scene.surface_at(ray, hit)) : std::nullopt;
   const Rgb emitted = met ? context.lights.emitted(*met, -ray.direction) : context.lights.environment(ray.direction);
@@ -271,10 +277,11 @@ std::optional<MetEmission> met_from_surface_seen(PathSample path, const RenderCo
   return MetEmission{max_component(next.weight * emitted), next.pdf_solid_angle, std::max(pdf_light, 1e-30f)};
 }
 
+bool can_be_met(const Light& light) { return !is_delta(light); }
+
 }  // namespace
 
 MisChoice choose_mis(const RenderContext& context) {
-  const auto can_be_met = [](const Light& light) { return !is_delta(light); };
   if (context.lights.empty() || std::ranges::none_of(context.scene.lights, can_be_met))
     return {MisMode::power, "no ray can meet a light"};
   if (context.lights.only_even()) return {MisMode::bsdf, "light comes evenly from all directions"};
@@ -285,20 +292,24 @@ MisChoice choose_mis(const RenderContext& context) {
 }
 
 MisMode choose_direct(const RenderContext& context) {
-  constexpr int side = 16;
-  constexpr std::uint32_t tries = 4, first_index = 1u << 30;  // numbers of no image's paths
+  constexpr int side = 16, tries = 4;
   constexpr double least_gain = 1.15;  // most scenes have below 1.02, those of close lamps 2 and more
+  if (std::ranges::none_of(context.scene.lights, can_be_met)) return MisMode::light;
+  std::vector<std::optional<MetEmission>> found(side * side * tries);
+  parallel_for(found.size(), 64, [&](std::size_t n) {
+    const auto i = static_cast<int>(n) / tries;
+    const ivec2 pixel = (2 * ivec2(i % side, i / side) + 1) * context.resolution / (2 * side);
+    const auto index = no_images_path + static_cast<std::uint32_t>(n);
+    found[n] = met_from_surface_seen(context, camera_path(context, pixel, SamplerKind::independent, index));
+  });
   double by_light = 0, by_both = 0;
-  for (int i = 0; i < side * side; ++i)
-    for (std::uint32_t s = 0; s < tries; ++s) {
-      const ivec2 pixel = (2 * ivec2(i % side, i / side) + 1) * context.resolution / (2 * side);
-      const auto met = met_from_surface_seen(camera_path(context, pixel, SamplerKind::independent, first_index + s), context);
-      if (!met) continue;
-      const double square_of_met = square(met->radiance), denser = met->pdf_bsdf / met->pdf_light;
-      const double weight = mis_weight(MisMode::power, met->pdf_light, met->pdf_bsdf);
-      by_light += square_of_met * denser;
-      by_both += square_of_met * (square(weight) * denser + square(1 - weight));
-    }
+  for (const auto& met : found) {
+    if (!met) continue;
+    const double square_of_met = square(met->radiance), denser = met->pdf_bsdf / met->pdf_light;
+    const double weight = mis_weight(MisMode::power, met->pdf_light, met->pdf_bsdf);
+    by_light += square_of_met * denser;
+    by_both += square_of_met * (square(weight) * denser + square(1 - weight));
+  }
   return by_light > least_gain * by_both ? MisMode::power : MisMode::light;
 }
 

@@ -1,4 +1,4 @@
-// Decisions that path tracing makes by looking at a scene: which samples are to find direct light, and how early roulette may
+// Decisions that methods make by looking at a scene: which samples are to find direct light, and how early roulette may
 // end paths.
 #pragma once
 
@@ -18,9 +18,9 @@ struct MisChoice {
 // depends on the scene and on how its lights are chosen.
 MisChoice choose_mis(const RenderContext& context);
 
-// Which samples find direct light at what is seen where no path goes on, as records bring the rest: light samples alone, or,
-// where these scatter more than both kinds by the power heuristic, for which a BSDF sample is worth its ray, both. Few BSDF
-// samples tell the second moment of either way: close to a large lamp, where light samples have no bound, they go there most.
+// Which samples find direct light at surfaces that are seen, where no path goes on since photons or records bring the rest:
+// light samples alone, or, where these have clearly the larger second moment, both kinds by the power heuristic. A few BSDF
+// samples tell both moments: close to a large lamp, where light samples have no bound, they meet it most.
 MisMode choose_direct(const RenderContext& context);
 
 // How many times its throughput a path's chance to survive roulette may be: the mean of a pixel over the standard deviation of

@@ -19,8 +19,9 @@ constexpr float most_further = 7;  // leave an eighth of the variance; deep path
 // Parts of a pixel's sequence of camera samples beyond those that iterations use (framework/core/sampler.h).
 constexpr std::uint32_t first_of_further = 1u << 26, first_of_pilot = 2u << 26;
 
-// What a camera path finds of emission, and where `direct` is given, of direct light.
 using Direct = std::optional<MisMode>;
+
+// What a camera path finds of emission, and where `direct` is given, of direct light.
 Rgb camera_radiance(const PhotonCameraPath& walk, ivec2 pixel, SamplerKind kind, std::uint32_t index, Direct direct) {
   PathSample path = camera_path(walk.context, pixel, kind, index);
   Rgb reflected(0);
@@ -66,10 +67,10 @@ bool is_shown(const RenderContext& context, const Tile& tile) {
 }  // namespace
 
 // A filter with negative lobes divides by the sum of the pixel's own weights, of which further paths have none.
-DirectShares::DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, float further, bool direct)
-    : sampler_(sampler), direct_(direct ? Direct(choose_direct(walk.context)) : std::nullopt) {
-  if (!(further > 0) || has_signed_filter(walk.context)) return;
+DirectShares::DirectShares(const PhotonCameraPath& walk, SamplerKind sampler, float further, bool direct) : sampler_(sampler) {
   const auto timed = walk.context.phases.measure("pilot");
+  direct_ = direct ? Direct(choose_direct(walk.context)) : std::nullopt;
+  if (!(further > 0) || has_signed_filter(walk.context)) return;
   const ivec2 resolution = walk.context.resolution;
   SampleShares seen(resolution, 0, 0, true);
   seen.know_mean(mean_luminance(walk, sampler, direct_));  // the same for a part of the image as for the whole

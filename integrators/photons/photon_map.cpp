@@ -11,8 +11,6 @@ namespace etendue {
 
 namespace {
 
-constexpr std::uint32_t pilot_index = 1u << 30;  // of no image's paths
-
 // The state of one camera sample.
 struct CameraSample {
   std::uint64_t pixel;
@@ -58,17 +56,17 @@ void PhotonMapping::prepare(RenderContext& context) {
   expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   direct_ = {walk(context), params_.sampler, params_.further_paths, true};
   trace_maps(context, 0);
-  if (params_.edges == Edges::disc) expect_loss(lost_at_edges(context));
+  if (params_.final_gather == 0 && params_.edges == Edges::disc) expect_loss(lost_at_edges(context));
 }
 
-// The share of the image's light that discs lose where they are partly off the surface, by a few camera paths.
+// The share of the image's light that discs of the map seen lose where they are partly off the surface, by a few camera paths.
 double PhotonMapping::lost_at_edges(const RenderContext& context) const {
   constexpr int lines = 16;
   const auto timed = context.phases.measure("pilot");
   std::vector<double> lost(lines * lines), whole(lost.size());
   parallel_for(lost.size(), 8, [&](std::size_t i) {
     const ivec2 pixel = (2 * ivec2(i % lines, i / lines) + 1) * context.resolution / (2 * lines);
-    PathSample path = camera_path(context, pixel, SamplerKind::independent, pilot_index);
+    PathSample path = camera_path(context, pixel, SamplerKind::independent, no_images_path);
     const auto add = [&](const Rgb& light, float share) {
       if (!is_finite(light)) return;
       whole[i] += luminance(light) / share;

@@ -3,7 +3,7 @@
 // The camera path passes specular-like vertices (see integrators/photons/photons.h) to each rough vertex R it meets. There,
 // with C for a specular-like event:
 //
-//   direct      L R C* E           next-event estimation, one light sample
+//   direct      L R C* E           next-event estimation: one light sample, and close to large lamps a BSDF sample
 //   caustic     L C+ R C* E        the caustic map: photons of its own, whose paths end at their first rough vertex; or, with
 //                                  final_gather = 0, the global map
 //   indirect    L (C|R)* R C* R C* E

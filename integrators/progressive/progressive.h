@@ -156,11 +156,11 @@ class ProgressivePasses {
           view.state, ray, met, so_far, view.path, view.sampled->sampler,
           [&](const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, const Rgb& throughput, int depth, float) {
             if (bsdf.is_diffuse() && is_black(bsdf.diffuse_albedo())) return;
-            const bool sampled = lit && params_.direct == DirectLighting::sample;
-            if (sampled && direct_.mode() == MisMode::power)
+            const bool samples_light = lit && params_.direct == DirectLighting::sample;
+            if (samples_light && direct_.mode() == MisMode::power)
               view.sampled->radiance += share_of(view) * throughput *
                                         all_direct_light(context, point, bsdf, wo, view.sampled->sampler, MisMode::power);
-            else if (sampled)
+            else if (samples_light)
               wave.light_samples().add(point, wo, share_of(view) * throughput, *view.sampled);
             const GatherPoint gathers(point, bsdf, wo, gathered_, max_depth_ - depth - 1);
             if (!gathers_behind_ || !bsdf.transmits()) return at(view.pixel, gathers, throughput, wave);
