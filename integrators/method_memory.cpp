@@ -50,7 +50,7 @@ double photons_of(const std::string& method, const Parameters& parameters, const
   const bool seen_directly = method == "photon-map" && parameters.number("final_gather") == 0 && caustic == 0;
   if (map == "on" || (map == "auto" && needs.caustic_map && !seen_directly)) {
     const bool stays = method == "photon-map" || parameters.text("retrace") == "false";
-    const double usual = stays ? 200000 : std::max(method == "photon-cache" ? 40000.0 : 20000.0, 3 * pixels);
+    const double usual = stays ? 200000 : std::max({20000.0, 800 * parameters.number("k"), 3 * pixels});
     photons += 0.5 * (caustic > 0 ? caustic : usual);  // most of them miss what is specular
   }
   return photons;

@@ -72,7 +72,8 @@ void PhotonCache::prepare(RenderContext& context) {
   maps_.prepare(context, {gathers_ ? params_.samples : 0, max_depth_, sampler_, true, params_.retrace});
   if (gathers_) {
     progress_.map_photons = maps_.photons();
-    progress_.first_map = std::max(progress_.first_map, maps_.photons_to_begin_with());
+    // Records that were loaded may be of a coarser first map, after which a step has to come.
+    if (!standing_.loaded()) progress_.first_map = std::max(progress_.first_map, maps_.photons_to_begin_with());
   }
   expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   standing_.begin(context, has_overture() && gathers_);

@@ -62,12 +62,14 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   PhotonPass pass = pass_of(pilots, hash_keys(2), use_.max_depth - 1, photon_any, nullptr);
   pass.emission = PhotonEmission::power;
   build(context, global_, trace(context, pass), Edges::disc, params_.radius);
-  const float wanted = 0.007f * glm::length(context.scene.bounds().diagonal());
+  constexpr float in_the_end = 0.007f, at_first = 0.03f;  // radii, over the diagonal of the scene, and of what is seen of it
+  const float wanted = in_the_end * glm::length(context.scene.bounds().diagonal());
   if (!(wanted > 0)) return fewest_photons;
   const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
   const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);
   const auto photons_for = [&](float radius) { return pilots * k / near * square(radius / wanted); };
-  const float widest = 1.01f * wanted * static_cast<float>(std::sqrt(most / photons_for(wanted)));  // from here on it is `most`
+  // From here on `most` photons are wanted at first.
+  const float widest = 1.01f * at_first / in_the_end * wanted * static_cast<float>(std::sqrt(most / photons_for(wanted)));
   const bool asks_for_caustics =
       separate_caustics_ && params_.caustic_map == CausticMap::where_needed && params_.caustic_photons == 0;
   std::vector<float> radii(lines * lines), shares(lines * lines);
@@ -97,9 +99,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   const double photons = photons_for(median(radii));
   Bounds seen;
   for (const Bounds& box : boxes) seen.extend(box);
-  constexpr double widest_at_first = 0.03;  // over the diagonal of what is seen
-  first_photons_ =
-      static_cast<int>(std::min(most, photons * square(wanted / (widest_at_first * glm::length(seen.diagonal())))));
+  first_photons_ = static_cast<int>(std::min(most, photons * square(wanted / (at_first * glm::length(seen.diagonal())))));
   return static_cast<int>(std::clamp<double>(photons, fewest_photons, most));
 }
 
