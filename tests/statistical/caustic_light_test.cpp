@@ -205,7 +205,7 @@ TEST(CausticLight, LosesLessAtBordersWithEveryIteration) {
   };
   const double first = lost(4), last = lost(128);
   EXPECT_GT(last, 0);
-  EXPECT_LT(last, 0.75 * first);  // radii in the mean are 0.61 of those of four iterations
+  EXPECT_LT(last, 0.75 * first);  // radii in the mean are 0.61 of those of four iterations; 0.5 passed by chance
 }
 
 TEST(CausticLight, IsNotCountedBesideExactRecords) {
