@@ -48,6 +48,10 @@ struct PathSettings {
 
 // Paths of a pixel from this number on are no image's: looks at a scene take them.
 inline constexpr std::uint32_t no_images_path = 1u << 30;
+// Number i of side x side pixels that lie evenly over the image.
+inline ivec2 grid_pixel(ivec2 resolution, int side, int i) {
+  return (2 * ivec2(i % side, i / side) + 1) * resolution / (2 * side);
+}
 
 // A path: its first ray, its random numbers, and the result.
 struct PathSample {

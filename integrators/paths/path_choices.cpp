@@ -87,7 +87,7 @@ float evenness_of(const RenderContext& context, const PathSettings& settings, bo
   constexpr int side = 8;
   std::vector<PathSample> paths;
   for (int i = 0; i < side * side; ++i) {
-    const ivec2 pixel = (2 * ivec2(i % side, i / side) + 1) * context.resolution / (2 * side);
+    const ivec2 pixel = grid_pixel(context.resolution, side, i);
     for (std::uint32_t s = 0; s < 2; ++s)
       paths.push_back(camera_path(context, pixel, SamplerKind::independent, no_images_path + s));
   }
@@ -297,8 +297,7 @@ MisMode choose_direct(const RenderContext& context) {
   if (std::ranges::none_of(context.scene.lights, can_be_met)) return MisMode::light;
   std::vector<std::optional<MetEmission>> found(side * side * tries);
   parallel_for(found.size(), 64, [&](std::size_t n) {
-    const auto i = static_cast<int>(n) / tries;
-    const ivec2 pixel = (2 * ivec2(i % side, i / side) + 1) * context.resolution / (2 * side);
+    const ivec2 pixel = grid_pixel(context.resolution, side, static_cast<int>(n) / tries);
     const auto index = no_images_path + static_cast<std::uint32_t>(n);
     found[n] = met_from_surface_seen(context, camera_path(context, pixel, SamplerKind::independent, index));
   });

@@ -65,7 +65,7 @@ double PhotonMapping::lost_at_edges(const RenderContext& context) const {
   const auto timed = context.phases.measure("pilot");
   std::vector<double> lost(lines * lines), whole(lost.size());
   parallel_for(lost.size(), 8, [&](std::size_t i) {
-    const ivec2 pixel = (2 * ivec2(i % lines, i / lines) + 1) * context.resolution / (2 * lines);
+    const ivec2 pixel = grid_pixel(context.resolution, lines, static_cast<int>(i));
     PathSample path = camera_path(context, pixel, SamplerKind::independent, no_images_path);
     const auto add = [&](const Rgb& light, float share) {
       if (!is_finite(light)) return;

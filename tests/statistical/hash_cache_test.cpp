@@ -73,13 +73,18 @@ TEST(HashCache, MakesThePathTracersImage) {
                               {{"hash-cache", {}, 64, 0.02}});
 }
 
+RenderOptions longer() {
+  RenderOptions options;
+  options.resolution = {48, 48};
+  options.iterations = 64;
+  return options;
+}
+
 // A path that ends with a cell beside the lamp's rim samples its light there. Light samples alone have no bound, and one of
 // them stood in its cell for a hundred samples: of eight seeds the worst had 1.5e-3, half of them 1.5e-4.
 TEST(HashCache, LearnsNoFirefliesBesideALamp) {
   const Scene scene = load_scene("builtin:cavity");
-  RenderOptions options;
-  options.resolution = {48, 48};
-  options.iterations = 64;
+  RenderOptions options = longer();
   const Image exact = exact_image(scene, options.resolution);
   for (options.seed = 1; options.seed <= 4; ++options.seed)
     EXPECT_LT(relmse(render(scene, "hash-cache", options).image, exact), 3e-4) << options.seed;
@@ -88,9 +93,7 @@ TEST(HashCache, LearnsNoFirefliesBesideALamp) {
 // A twentieth of the paths that end with a cell meets light there, and it counts for all.
 TEST(HashCache, CountsLightThatFewPathsMeet) {
   const Scene scene = load_scene("builtin:concentric-spheres");
-  RenderOptions options;
-  options.resolution = {48, 48};
-  options.iterations = 64;
+  const RenderOptions options = longer();
   const Image exact = exact_image(scene, options.resolution);
   EXPECT_LT(std::abs(testing::bias_over_seeds(scene, "hash-cache", options, 4, exact).mean), 0.0015);
 }
