@@ -15,7 +15,7 @@ namespace etendue {
 namespace {
 
 constexpr std::string_view chooser = "auto";
-constexpr double time_shares[] = {1.0 / 16, 1.0 / 4, 1};
+constexpr double time_shares[] = {1.0 / 64, 1.0 / 16, 1.0 / 4, 1};
 constexpr double least_error = 1e-8;  // images that are off by 1e-4 are level: rays' offsets alone can cost as much
 
 bool chooses(const Configuration& configuration) { return words_of(configuration.integrator).front() == chooser; }
