@@ -77,6 +77,7 @@ struct RenderContext {
   bool states_error = false;  // Cache::standard_error() will be called: keep what it needs
   Effort effort = {};
   Tile window = {};  // the pixels that will be looked at; empty: all
+  Bounds bounds = scene.bounds();  // looked up once, since it takes a look at all primitives
 
   // The part of a tile that will be looked at, which may be empty. It serves methods whose pixels do not depend on each other.
   Tile seen(const Tile& tile) const {

@@ -45,7 +45,7 @@ void find_hazards(const RenderContext& context, Advice& advice) {
   const PilotFindings& found = advice.findings;
   const auto warn = [&](std::string text) { advice.hazards.push_back(std::move(text)); };
   if (const std::string missed = light_out_of_reach(context, "path"); !missed.empty()) warn(missed);
-  const float kernel = kernel_share * glm::length(context.scene.bounds().diagonal());
+  const float kernel = kernel_share * glm::length(context.bounds.diagonal());
   const std::vector<float> all = thicknesses(context);
   const auto thin = std::ranges::count_if(all, [&](float thickness) { return thickness < 2 * kernel; });
   if (thin > 0)

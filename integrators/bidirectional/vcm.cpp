@@ -118,7 +118,7 @@ void Vcm::prepare(RenderContext& context) {
   const int neighbours = params_.neighbours > 0 ? params_.neighbours : neighbours_by_need(context);
   merges_vertices_ = params_.radius > 0 || neighbours > 0;
   settings_.correlation = settings_.correlation && merges_vertices_;
-  check_given_radius(scene, params_.radius);
+  check_given_radius(context, params_.radius);
   if (merges_vertices_) first_radius_ = params_.radius > 0 ? params_.radius : first_radius(context, neighbours);
 }
 
@@ -138,7 +138,7 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   }
   const auto k = static_cast<std::size_t>(neighbours);
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
-  const float diagonal = glm::length(context.scene.bounds().diagonal());
+  const float diagonal = glm::length(context.bounds.diagonal());
   if (!(usual > 0)) return 0.01f * diagonal;
   if (params_.neighbours > 0) return usual;
   float radius = std::min(usual, largest_radius * diagonal);

@@ -70,7 +70,7 @@ CacheLevels::CacheLevels(const RenderContext& context, const CacheSettings& sett
     : settings_(settings) {
   start(context, std::move(pixels), one_level, settings.accuracy);
   RecordLevels::overture(settings.overture);
-  Bounds whole = context.scene.bounds();
+  Bounds whole = context.bounds;
   if (whole.empty()) whole = bounds();
   if (!whole.empty()) settings_.scene_size = glm::length(whole.diagonal());
 }

@@ -71,7 +71,7 @@ TangentMatrix second_differences(const Stencil& values, double step) {
 
 IrradianceEstimate closed_form_irradiance(const RenderContext& context, const CachePoint& point) {
   CHECK(context.scene.closed_form.has_value());
-  const float step = step_share * glm::length(context.scene.bounds().diagonal());
+  const float step = step_share * glm::length(context.bounds.diagonal());
   const TangentPlane plane(context, point, step);
   Stencil values;
   bool whole = true;

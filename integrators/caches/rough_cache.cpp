@@ -87,7 +87,7 @@ void RoughCache::prepare(const RenderContext& context, int deepest, bool one_lev
         });
   });
   start(context, std::move(pixels), one_level, settings_.accuracy);
-  Bounds whole = context.scene.bounds();
+  Bounds whole = context.bounds;
   if (whole.empty()) whole = bounds();
   max_spacing_ = whole.empty() ? 0 : settings_.max_spacing * glm::length(whole.diagonal());
 }

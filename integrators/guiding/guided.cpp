@@ -22,7 +22,7 @@ class Guided final : public Integrator {
           "expected mean or inverse-variance, or another filter than mitchell, sinc and their kin");
     context.choose_lights_by(params_.lights);
     settings_ = {context.max_depth(params_.max_depth), params_.roulette_depth, parse_mis(params_.mis)};
-    tree_.emplace(context.scene.bounds(), SdTreeOptions{.split = static_cast<float>(params_.split),
+    tree_.emplace(context.bounds, SdTreeOptions{.split = static_cast<float>(params_.split),
                                                         .rho = params_.flux,
                                                         .stochastic = params_.spatial_filter == SpatialFilter::stochastic,
                                                         .learn_share = params_.fraction == BsdfFraction::learnt,

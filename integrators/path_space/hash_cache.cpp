@@ -143,7 +143,7 @@ void HashCache::make_grid(const RenderContext& context) {
   const Camera& camera = context.scene.camera;
   const float pixel_angle = 2 * camera.half_extent(size).x / static_cast<float>(size.x);
   const vec3 eye = camera.ray(size, 0.5f * vec2(size), vec2(0.5f)).origin;
-  grid_.emplace(context.scene.bounds(),
+  grid_.emplace(context.bounds,
                 PathSpaceGridOptions{eye, pixel_angle, params_.finest, params_.enough, camera.is_parallel()});
 }
 

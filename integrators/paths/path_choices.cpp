@@ -222,7 +222,7 @@ bool panes_hide_lights(const RenderContext& context) {
   constexpr std::size_t most_pairs = 100'000;  // of a pane and a light, which take a tenth of a second; more are not tried
   constexpr float least_margin = 1e-4f;        // of the scene's extent: far above what rounding moves rays by
   const Scene& scene = context.scene;
-  const float margin = least_margin * glm::length(scene.bounds().diagonal());
+  const float margin = least_margin * glm::length(context.bounds.diagonal());
   std::vector<Pane> panes;
   for (const Shape& shape : scene.objects[0].shapes)
     if (auto pane = Pane::of(scene, shape, 0.01f * margin)) panes.push_back(std::move(*pane));

@@ -130,10 +130,9 @@ float PhotonHull::share(Kernel kernel, float radius) const {
   return sum;
 }
 
-void check_given_radius(const Scene& scene, float radius) {
-  const Bounds bounds = scene.bounds();
-  if (!scene.planes.empty() || bounds.empty()) return;
-  const float diagonal = glm::length(bounds.diagonal());
+void check_given_radius(const RenderContext& context, float radius) {
+  if (!context.scene.planes.empty() || context.bounds.empty()) return;
+  const float diagonal = glm::length(context.bounds.diagonal());
   if (radius > diagonal)
     throw Error(fmt::format("radius = {:.4g}: the scene measures {:.4g} m across; expected at most that", radius, diagonal));
 }

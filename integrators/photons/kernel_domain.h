@@ -75,6 +75,6 @@ class PhotonHull {
 // Throws Error for a radius (metres), given and not found, beyond the scene's diagonal. A disc larger than all there is holds
 // nearly no surface, and as a kernel divides by its area, the image would be black or nearly so, without a word. It is mostly a
 // length in another unit that asks for this. Infinite planes have no diagonal.
-void check_given_radius(const Scene& scene, float radius);
+void check_given_radius(const RenderContext& context, float radius);
 
 }  // namespace etendue

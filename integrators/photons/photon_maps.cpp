@@ -19,8 +19,8 @@ int new_caustic_photons(ivec2 resolution, int k) {
 }
 
 // The radius of a wide kernel, in metres, for maps that tell no radius.
-float wide_radius(const Scene& scene) {
-  const float wide = 0.02f * glm::length(scene.bounds().diagonal());
+float wide_radius(const Bounds& scene) {
+  const float wide = 0.02f * glm::length(scene.diagonal());
   return std::isfinite(wide) && wide > 0 ? wide : 1;
 }
 
@@ -31,9 +31,9 @@ PhotonMaps::PhotonMaps(const PhotonMapsParams& params, const std::string& method
 }
 
 void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use) {
-  if (params_.k == 0) check_given_radius(context.scene, params_.radius);
+  if (params_.k == 0) check_given_radius(context, params_.radius);
   use_ = use;
-  wide_radius_ = wide_radius(context.scene);
+  wide_radius_ = wide_radius(context.bounds);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, LobeTails::followed, gathers_coats(context));
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
@@ -63,7 +63,7 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   pass.emission = PhotonEmission::power;
   build(context, global_, trace(context, pass), Edges::disc, params_.radius);
   constexpr float in_the_end = 0.007f, at_first = 0.03f;  // radii, over the diagonal of the scene, and of what is seen of it
-  const float wanted = in_the_end * glm::length(context.scene.bounds().diagonal());
+  const float wanted = in_the_end * glm::length(context.bounds.diagonal());
   if (!(wanted > 0)) return fewest_photons;
   const double k = params_.k > 0 ? params_.k : 50, pixels = static_cast<double>(context.resolution.x) * context.resolution.y;
   const double most = std::clamp<double>(32 * pixels, fewest_photons, 10 * fewest_photons);

@@ -119,7 +119,7 @@ double seen_area(const RenderContext& context, const RoughMaterials& rough_mater
 
 std::unique_ptr<VisibleRegion> find_seen(const RenderContext& context, const RoughMaterials& rough_materials,
                                          const SeenOptions& options, float reach, int gather_rays, bool with_ends) {
-  auto region = std::make_unique<VisibleRegion>(context.scene.bounds(), reach);
+  auto region = std::make_unique<VisibleRegion>(context.bounds, reach);
   const Eye eye{context, rough_materials, options};
   // The normal's side is chosen as GatherPoint::counts tests it.
   const auto mark = [&](const SurfacePoint& point, const Bsdf& bsdf, const Ray& last, float) {

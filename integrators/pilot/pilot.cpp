@@ -313,9 +313,9 @@ PilotPhotons trace_pilot_photons(const RenderContext& small, const RoughMaterial
 }
 
 void look_at_photons(const RenderContext& small, const Vertices& vertices, PilotFindings& findings) {
-  if (small.lights.empty() || small.scene.bounds().empty()) return;
+  if (small.lights.empty() || small.bounds.empty()) return;
   const RoughMaterials& rough = vertices.rough_materials();
-  const float diagonal = glm::length(small.scene.bounds().diagonal());
+  const float diagonal = glm::length(small.bounds.diagonal());
   const int depth = small.max_depth(0);
   const auto region = find_seen(small, rough, {4, depth, SamplerKind::independent, true}, 0.02f * diagonal);
   const auto [photons, unmet] =

@@ -54,7 +54,7 @@ ProgressivePasses::ProgressivePasses(const ProgressiveParams& params, VisiblePoi
       gathered_(params.direct == DirectLighting::sample ? photon_caustic | photon_indirect : photon_any) {}
 
 void ProgressivePasses::prepare(const RenderContext& context) {
-  check_given_radius(context.scene, params_.radius);
+  check_given_radius(context, params_.radius);
   max_depth_ = context.max_depth(params_.max_depth);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, params_.lobe_tails, gathers_coats(context));
@@ -73,7 +73,7 @@ void ProgressivePasses::prepare(const RenderContext& context) {
              params_.further_paths,
              params_.direct == DirectLighting::sample};
   if (params_.emission == PhotonEmission::power && params_.radius > 0) return;
-  widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.scene.bounds().diagonal());
+  widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.bounds.diagonal());
   // Half as much again as the radius, for what lies between the samples of a pixel.
   seen_ = find_seen(context, *rough_materials_, {2, max_depth_, params_.sampler, params_.side_test}, 1.5f * widest_);
 }

@@ -14,7 +14,7 @@ std::string surfaces_mixed(const RenderContext& context, const std::string& meth
                                 (context.needs.caustic_map && !is_set(params, "caustic_map", name_of(CausticMap::off)));
   if (!context.needs.masks || is_among(keeps_apart, method) || is_bdpt(context, method, params)) return "";
   if (is_among(by_caustic_map, method) && !gathers_caustics) return "";  // records keep them apart
-  const float near = 0.01f * glm::length(context.scene.bounds().diagonal());
+  const float near = 0.01f * glm::length(context.bounds.diagonal());
   const double share = share_of_pixels(context, [&](const Ray& ray, std::size_t) {
     const Hit seen = trace(context, ray);
     if (!seen) return false;
