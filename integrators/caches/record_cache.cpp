@@ -50,6 +50,7 @@ void RecordCache::start(const RenderContext& context, const CacheSettings& setti
                          progress_.refines ? standing_.first_round() : 0, progress_.refines);
   direct_ = choose_direct(context);
   if (extra_samples > 0 && is_smooth(context, SampleShares::smooth)) shares_.begin_with_one();
+  if (photon_work() > 0) shares_.expect_common_noise();
   if (progress_.refines) stated_.assign(seen.size(), -1);
   cache_ = std::make_unique<CacheLevels>(context, settings, std::move(seen), shares_levels());
 }

@@ -94,11 +94,12 @@ void SampleShares::end_iteration() {
   measure();
   const bool seen_within = samples_ > next_.size();  // after one a pixel only neighbours tell, which a gradient parts too
   if (extra_ > 0 && seen_within) choose_numbers();
+  if (extra_ > 0 && expects_common_) remember();
   variance_ = iteration_variance();
 }
 
 void SampleShares::choose_numbers() {
-  const std::uint32_t even = wanted_of_each();
+  const std::uint32_t even = common_over_own() > common ? 1 : wanted_of_each();
   if (even == even_ && even > 0) return;  // points of one sequence go on evening each other out
   even_ = even;
   if (even == 0)
@@ -106,6 +107,46 @@ void SampleShares::choose_numbers() {
   else
     std::fill(count_.begin(), count_.end(), even);
   std::fill(next_.begin(), next_.end(), (++span_ << span_bits) + first_);
+}
+
+void SampleShares::remember() {
+  before_.resize(moments_.size());
+  for (std::size_t i = 0; i < before_.size(); ++i)
+    before_[i] = {static_cast<float>(moments_[i].count),
+                  static_cast<float>(moments_[i].sum / std::max(moments_[i].count, 1.0))};
+}
+
+// The variance that all samples of an iteration share over that of one sample, by how the differences between the two halves of
+// the iterations go together in neighbouring pixels. What reaches over a pixel or less is not counted.
+double SampleShares::common_over_own() const {
+  if (before_.empty()) return 0;
+  std::vector<float> differences(moments_.size());
+  double shared = 0, all = 0, pairs = 0, first = 0, second = 0;
+  for (std::size_t i = 0; i < moments_.size(); ++i) {
+    const Moments& m = moments_[i];
+    const Mean& before = before_[i];
+    const double later = m.count - before.count;
+    if (!(before.count > 0 && later > 0)) continue;
+    const double mean = m.sum / m.count;
+    const double difference = (m.sum - static_cast<double>(before.count) * before.mean) / later - before.mean;
+    differences[i] = static_cast<float>(difference / std::sqrt(mean * mean + floor_));
+    all += square(static_cast<double>(differences[i]));
+    first += before.count;
+    second += later;
+  }
+  const auto width = static_cast<std::size_t>(resolution_.x);
+  for (std::size_t i = 0; i < differences.size(); ++i)
+    for (const std::size_t next : {i + 1, i + width}) {
+      if (next >= differences.size() || (next == i + 1 && next % width == 0)) continue;
+      shared += differences[i] * differences[next];
+      pairs += 1;
+    }
+  const auto pixels = static_cast<double>(moments_.size());
+  if (!(shared > 0 && all > 0 && first > 0 && second > 0)) return 0;
+  const double correlation = std::min(shared / pairs / (all / pixels), 0.999);
+  // Each half has as many iterations, and the means of their samples differ by the variance of one sample times this.
+  const double own = pixels / first + pixels / second, common = 2.0 / (0.5 * iterations_);
+  return correlation / (1 - correlation) * own / common;
 }
 
 // Shared out, n samples leave (sum of sigma)^2 / n of the variance, and alike the pixels' number x (sum of sigma^2) / n.

@@ -3,9 +3,11 @@
 // Where a cache gives smooth light, the remaining noise is at outlines and in penumbrae. Each pixel takes one sample per
 // iteration. At first, and as long as sharing them out would leave most of the variance, each pixel takes as many further
 // samples as any other. Where samples hardly differ within pixels, none are taken, however much neighbours differ; where that
-// is known beforehand, as of an even sky, not even at first, since points of one sequence even each other out best. Else
-// further samples are shared out in proportion to the relative standard deviation sigma, because for a given total the sum of
-// sigma_i^2 / n_i is least for n_i ~ sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours,
+// is known beforehand, as of an even sky, not even at first, since points of one sequence even each other out best. Nor are
+// any taken where iterations differ most by what all samples of one have in common, photons that are new in each: their noise
+// is alike in neighbouring pixels, and camera samples do not lower it. Else further samples are shared out in proportion to
+// the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i.
+// Sigma is estimated from the samples so far of the pixel and its eight neighbours,
 // since an outline that just enters a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
@@ -35,10 +37,14 @@ class SampleShares {
 
   static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
   static constexpr double smooth = 0.04;                 // relative deviation of samples below which one is enough
+  static constexpr double common = 0.8;                  // variance they share over their own, beyond which it is as well
   static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
 
   // Before the first iteration: one sample of each pixel is enough for it, as far as can be told.
   void begin_with_one();
+
+  // Before the first iteration: photons are new in each of them.
+  void expect_common_noise() { expects_common_ = true; }
 
   // The numbers of a pixel's samples in the iteration under way are [begin, begin + count).
   struct Range {
@@ -65,9 +71,14 @@ class SampleShares {
   struct Moments {
     double count = 0, sum = 0, squares = 0;
   };
+  struct Mean {
+    float count = 0, mean = 0;
+  };
 
   void measure();
   void choose_numbers();
+  void remember();
+  double common_over_own() const;
   std::uint32_t wanted_of_each() const;
   void share_out();
   double sample_variance(std::size_t pixel) const;
@@ -76,9 +87,11 @@ class SampleShares {
   ivec2 resolution_;
   float extra_;
   std::uint32_t first_, iterations_ = 0, span_ = 0;
+  bool expects_common_ = false;
   std::uint32_t even_ = 1;  // samples of each pixel; 0: shared out
   std::optional<double> known_mean_;
   std::vector<Moments> moments_;
+  std::vector<Mean> before_;  // of the first half of the iterations
   std::vector<std::uint32_t> next_, count_;
   std::vector<float> deviation_;  // relative
   double floor_ = 0;              // of the squares of means by which variances are divided

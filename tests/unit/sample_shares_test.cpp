@@ -91,6 +91,26 @@ TEST(SampleShares, StayInOneSequenceWherePixelsScatterAlike) {
   }
 }
 
+// Photons' noise is an iteration's own, and alike in blocks of pixels.
+TEST(SampleShares, PixelsTakeOneWhereNewPhotonsLeaveMostOfTheNoise) {
+  const auto samples_where = [](float common, float own) {
+    SampleShares shares(resolution, 2);
+    shares.expect_common_noise();
+    Sampler sampler(SamplerKind::independent, 5, Stream::test, 0, 0);
+    for (int iteration = 0; iteration < 8; ++iteration) {
+      std::vector<float> blocks(pixels / 16);
+      for (float& block : blocks) block = sampler.get_1d();
+      for (std::size_t i = 0; i < pixels; ++i)
+        for (std::uint32_t s = 0; s < shares.range(i).count; ++s)
+          shares.add(i, 1 + common * blocks[i / 64 * 4 + i % 16 / 4] + own * sampler.get_1d());
+      shares.end_iteration();
+    }
+    return shares.range(0).count;
+  };
+  EXPECT_EQ(samples_where(1, 0.3f), 1u);
+  EXPECT_EQ(samples_where(0.3f, 1), 3u);
+}
+
 TEST(SampleShares, NumbersChosenByWhatWasFoundAddNoBias) {
   // Rare bright samples, which make numbers and values depend on each other most. A mean over all samples of a pixel alike
   // would come out too low: pixels without a bright one so far take few.
