@@ -125,7 +125,7 @@ Advice advise(const Scene& scene, const SceneNeeds& needs, const Budget& budget,
     Stage stage(scene, *rays, scene.resolution, 1);
     RenderContext& context = stage.context();
     context.effort = effort;
-    advice.findings = run_pilot(context);
+    advice.findings = run_pilot_within_effort(context);
     advice.method = choose_method(context, advice.findings);
     find_hazards(context, advice);
   });

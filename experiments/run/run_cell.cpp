@@ -275,11 +275,8 @@ RenderContext context_of(const Scene& scene, const SceneNeeds& needs, const RayQ
 }
 
 MethodChoice structure_for(const Scene& scene, ivec2 resolution, const Effort& effort) {
-  // No ray can be traced yet to find out. A time is counted in rays, whatever paths take.
-  const bool by_time = effort.seconds > 0 && effort.iterations == 0;
-  const PilotFindings usual{.path_error = 10, .rays_per_path = by_time ? most_usual_rays : usual_rays_per_path(scene)};
   const double pixels = static_cast<double>(resolution.x) * resolution.y;
-  return choose_structure(scene, pixels * rays_a_pixel(scene, effort, resolution, usual));
+  return choose_structure(scene, pixels * rays_before_paths(scene, effort, resolution));
 }
 
 Effort effort_of(const Budget& budget) {

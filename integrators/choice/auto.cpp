@@ -14,7 +14,7 @@ class Auto final : public Integrator {
   void prepare(RenderContext& context) override {
     const Effort told = context.effort;
     if (params_.seconds > 0) context.effort = {params_.seconds};
-    choice_ = choose_method(context, run_pilot(context), params_.bias);
+    choice_ = choose_method(context, run_pilot_within_effort(context), params_.bias);
     context.effort = told;
     method_ = find_integrator(choice_.name, {}).make(choice_.params);
     method_->prepare(context);

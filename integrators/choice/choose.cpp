@@ -19,13 +19,15 @@ constexpr double rare_hits = 0.03;     // caustic hits over caustic light below 
 constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen
 constexpr double certain = 10;         // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
-constexpr double no_other_light = 1e-3;  // noise of a path: what it finds then leaves none that would count
-constexpr double entirely_even = 1.05;   // contrast of light that ends at borders alone
+constexpr double smooth_caustics = 0.9, fair_rays = 700;  // contrast of light with hardly a border, which a map knows soon
+constexpr double no_other_light = 1e-3;                   // noise of a path: what it finds then leaves none that would count
+constexpr double entirely_even = 1.05;                    // contrast of light that ends at borders alone
 constexpr double noisy_direct = 3;   // noise of direct light, sampled at lights, over that of paths, which meet them as well
 constexpr double long_time = 2500;   // rays a pixel after which what radii lose at borders is more than bdpt's noise
 constexpr double much_direct = 0.6;  // of the light: there is little to share,
 constexpr double all_direct_noise = 0.8;  // if this share of what paths leave is the noise of direct light
-constexpr double little_noise = 0.2;      // of a path, below which records' own error outweighs it
+constexpr double little_noise = 0.2;      // of a path, below which records' own error outweighs it,
+constexpr double mostly_diffuse = 0.95;   // unless what is seen is all theirs and there is time to refine them
 constexpr double no_noise = 1e-6;         // of an image: less than what stored light is off by
 constexpr double fewest_diffuse = 0.3;
 constexpr double mostly_caustic = 0.5;  // of the light: then what records gather over a hemisphere is worth more than sharing
@@ -135,7 +137,7 @@ class Chooser {
       return {"sppm", {}, light + ", and it is even up to borders in view, where radii would shrink late by a test"};
     }
     const bool minor = contrast < even_caustics && found_.caustic_light < minor_caustics && rays_ >= many_rays;
-    const bool alone = contrast < entirely_even && found_.path_error < no_other_light && rays_ >= long_time;
+    const bool alone = contrast < smooth_caustics && found_.path_error < no_other_light && rays_ >= fair_rays;
     if (bias_ == BiasAllowed::any && (minor || alone))
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
@@ -161,7 +163,8 @@ class Chooser {
               {},
               "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn it "
               "soonest"};
-    if (found_.path_error < little_noise && hidden < hidden_light)
+    const bool refined = found_.diffuse >= mostly_diffuse && rays_ >= long_time;
+    if (found_.path_error < little_noise && hidden < hidden_light && !refined)
       return {
           "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};
     if (bias_ == BiasAllowed::vanishing)
@@ -229,6 +232,18 @@ double usual_rays_per_path(const Scene& scene) {
   for (const Instance& instance : scene.instances)
     crossed += boxes[instance.object] * instance.to_world.bounds(bounds[instance.object]).half_area() / whole;
   return 1 + (most_usual_rays - 1) * std::min(crossed, 1.0);
+}
+
+double rays_before_paths(const Scene& scene, const Effort& effort, ivec2 resolution) {
+  const bool by_time = effort.seconds > 0 && effort.iterations == 0;
+  return rays_a_pixel(scene, effort, resolution,
+                      {.path_error = 10, .rays_per_path = by_time ? most_usual_rays : usual_rays_per_path(scene)});
+}
+
+PilotFindings run_pilot_within_effort(const RenderContext& context) {
+  constexpr double usual_rays = 200000, share_of_effort = 1.0 / 16;
+  const double rays = pixels_of(context.resolution) * rays_before_paths(context.scene, context.effort, context.resolution);
+  return run_pilot(context, 0.25f, std::clamp(share_of_effort * rays / usual_rays, least_pilot, 1.0));
 }
 
 std::string caustics_out_of_reach(const RenderContext& context, const PilotFindings& findings, const std::string& method) {

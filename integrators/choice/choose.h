@@ -25,6 +25,12 @@ double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, 
 inline constexpr double most_usual_rays = 6;
 double usual_rays_per_path(const Scene& scene);
 
+// The effort in rays a pixel, as far as it is known before any are traced. A time is counted in rays, whatever paths take.
+double rays_before_paths(const Scene& scene, const Effort& effort, ivec2 resolution);
+
+// A pilot that takes about a sixteenth of the effort stated, if that does not make it too small to tell.
+PilotFindings run_pilot_within_effort(const RenderContext& context);
+
 // Says that light on what is seen comes by way of specular surfaces, where the method finds it by chance alone, if at all, and
 // which method brings it; "" where it does not.
 std::string caustics_out_of_reach(const RenderContext& context, const PilotFindings& findings, const std::string& method);

@@ -28,9 +28,9 @@ double rays_so_far() {
                              values[static_cast<std::size_t>(Counter::shadow_rays)]);
 }
 
-ivec2 pilot_resolution(ivec2 resolution) {
+ivec2 pilot_resolution(ivec2 resolution, double share) {
   const double pixels = static_cast<double>(resolution.x) * resolution.y;
-  const double factor = std::max(1.0, std::sqrt(pixels / pilot_pixels));
+  const double factor = std::max(1.0, std::sqrt(pixels / (share * pilot_pixels)));
   return glm::max(ivec2(1), ivec2(dvec2(resolution) / factor + 0.5));
 }
 
@@ -357,11 +357,11 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
 
 }  // namespace
 
-PilotFindings run_pilot(const RenderContext& context, float narrow) {
+PilotFindings run_pilot(const RenderContext& context, float narrow, double share) {
   const auto timed = context.phases.measure("pilot");
   const double before = rays_so_far();
   RenderContext small = context;
-  small.resolution = pilot_resolution(context.resolution);
+  small.resolution = pilot_resolution(context.resolution, share);
   small.window = {};                                    // which is of the real image's pixels
   small.seed = hash_keys(context.seed, 0x70696c6f74u);  // of its own: nothing of the pilot is in the image
   PilotFindings findings;

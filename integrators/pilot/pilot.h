@@ -9,7 +9,8 @@
 //   photons      by power, of which those that land on what is seen tell how much light comes by way of specular surfaces, and
 //                how much never gets to be seen.
 //
-// All of it is a function of (scene, seed, resolution), and the work is counted, not timed: about 200,000 rays.
+// All of it is a function of (scene, seed, resolution, share), and the work is counted, not timed: about 200,000 rays, of which
+// paths and camera paths take three quarters.
 #pragma once
 
 #include "framework/integrator.h"
@@ -17,6 +18,7 @@
 namespace etendue {
 
 inline constexpr int pilot_pixels = 1024;
+inline constexpr double least_pilot = 0.25;
 inline constexpr std::size_t fewest_caustics = 128;   // of photons: fewer may have landed beside what is seen
 inline constexpr double least_caustic_light = 0.003;  // of all light, above which it is looked at
 
@@ -49,7 +51,8 @@ struct PilotFindings {
 };
 
 // `context` is that of the real image. Time goes to the phase "pilot". `narrow`: photons follow lobes of less GGX alpha, as by
-// default those of all photon methods do; 0: delta lobes alone.
-PilotFindings run_pilot(const RenderContext& context, float narrow = 0.25f);
+// default those of all photon methods do; 0: delta lobes alone. `share`: of the small image's pixels, in [least_pilot, 1];
+// there are as many photons for any, since few of them tell of caustics.
+PilotFindings run_pilot(const RenderContext& context, float narrow = 0.25f, double share = 1);
 
 }  // namespace etendue

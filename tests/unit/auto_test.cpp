@@ -361,8 +361,8 @@ TEST(AutoChoice, StoresCausticsThatAreEvenAndAlone) {
     stage.context.effort = {seconds};
     return choose_method(stage.context, run_pilot(stage.context), bias).name;
   };
-  EXPECT_EQ(chosen(4, BiasAllowed::any), "photon-cache");
-  EXPECT_EQ(chosen(1, BiasAllowed::any), "cppm");
+  EXPECT_EQ(chosen(1, BiasAllowed::any), "photon-cache");
+  EXPECT_EQ(chosen(0.25, BiasAllowed::any), "cppm");
   EXPECT_EQ(chosen(4, BiasAllowed::vanishing), "cppm");
 }
 
