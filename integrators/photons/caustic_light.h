@@ -14,8 +14,8 @@
 //
 // Every iteration has new photons, so that their noise averages out. Their kernels shrink as iteration i's disc has the share
 // (i + 1)^-(1/3) of the one that holds the k nearest (alpha = 2/3 of [Knaus2011], the best rate of this form
-// [Kaplanyan2013]): light is blurred by the kernel and lost at edges, which vanishes with it. Where photons lie evenly, kernels
-// hold more than four times as many (photon_gather.h).
+// [Kaplanyan2013]): light is blurred by the kernel, which vanishes with it. Where photons lie evenly, kernels hold more than four
+// times as many (photon_gather.h). They are divided by what the point sees of them, lest light be lost at edges.
 //
 // Where photons have lit nothing that was looked at, iterations have them less and less often (RareEmission).
 #pragma once

@@ -52,14 +52,18 @@ struct TangentView {
     const Hit hit = trace(context, ray);
     return hit && !same_surface(ray, hit) ? 0.99f * hit.t : radius;
   }
-  bool has_surface(const vec3& at) const {
-    const float height = 0.2f * radius;
-    const Ray ray{.origin = at + height * normal, .direction = -normal, .t_max = 2 * height};
-    const Hit hit = trace(context, ray);
-    return hit && same_surface(ray, hit);
+  float height() const { return 0.2f * radius; }
+  Ray down_to(const vec3& at) const { return {.origin = at + height() * normal, .direction = -normal, .t_max = 2 * height()}; }
+  bool is_surface(const Ray& ray, const Hit& hit) const {
+    constexpr float level = 0.01f;  // of the radius: what lies so is the same plane, whose normal need not be asked for
+    return hit && (std::abs(hit.t - height()) < level * radius || same_surface(ray, hit));
   }
-  float reach(const vec3& direction) const {
-    float far = free_way(direction), near = 0;
+  bool has_surface(const vec3& at) const {
+    const Ray ray = down_to(at);
+    return is_surface(ray, trace(context, ray));
+  }
+  float reach(const vec3& direction, bool alone) const {
+    float far = alone ? radius : free_way(direction), near = 0;
     if (has_surface(position + far * direction)) return far;
     while (far - near > radius / 64) {
       const float middle = 0.5f * (near + far);
@@ -76,11 +80,21 @@ vec2 VisibleDomain::direction(int i) {
   return {math::cos(angle), math::sin(angle)};
 }
 
-VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius)
+VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius, bool alone)
     : frame_(Frame::from_normal(normal)), radius_(radius) {
   const TangentView view{context, position, normal, radius};
+  const auto towards = [&](int i) { return frame_.to_world(vec3(direction(i), 0)); };
+  std::array<Ray, directions / 2> down;
+  std::array<Hit, directions / 2> hits;
+  for (std::size_t i = 0; i < down.size(); ++i) down[i] = view.down_to(position + radius * towards(2 * static_cast<int>(i)));
+  trace(context, down, hits);
+  bool whole = true;
+  for (std::size_t i = 0; i < down.size() && whole; ++i)
+    whole = view.is_surface(down[i], hits[i]) && (alone || view.free_way(towards(2 * static_cast<int>(i))) == radius);
+  reach_.fill(radius);
+  if (whole) return;
   // Never nothing: a sliver of the disc stays where no direction is free.
-  for (int i = 0; i < directions; ++i) reach_[i] = std::max(view.reach(frame_.to_world(vec3(direction(i), 0))), 0.02f * radius);
+  for (int i = 0; i < directions; ++i) reach_[i] = std::max(view.reach(towards(i), alone), 0.02f * radius);
 }
 
 bool VisibleDomain::contains(const vec3& offset) const {

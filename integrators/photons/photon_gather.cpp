@@ -165,16 +165,22 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   // Fewer than k in all: those within the radius, which need not be brought into order.
   const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();
   KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours, options_.share);
+  // Where a map that is new in every iteration has few of its photons there is hardly any light to lose at edges.
+  constexpr float sparse = 0.5f;  // of the radius of the search, which is four times the usual one
+  const bool dense = !options_.widen || disc.radius_squared <= options_.share * square(sparse * radius_);
   if (const float wide = even_radius(at, neighbours); wide > 0)
     disc = find_disc(*query_, at.position(), 0, wide, neighbours, std::sqrt(options_.share));
   count(Counter::photons_gathered, disc.count);
   const float radius = std::sqrt(disc.radius_squared);
   const float photon_footprint = disc.count > 0 ? pi * disc.radius_squared / static_cast<float>(disc.count) : 0;
   if (disc.count == 0 || !(disc.radius_squared > 0)) return {Rgb(0), radius};
-  const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, near_walls(at, radius));
+  const NearWalls walls = near_walls(at, radius);
+  const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, walls);
   if (options_.edges == Edges::hull && !at.of_caustics()) return {over_hull(at, near, disc), radius, photon_footprint};
   std::optional<VisibleDomain> domain;
-  if (options_.edges == Edges::visible) domain.emplace(context, at.position(), at.normal(), radius);
+  if (options_.edges == Edges::visible && dense)
+    domain.emplace(context, at.position(), at.normal(), radius, walls_ && walls.none());
+  if (domain && domain->is_disc()) domain.reset();
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
     if (!domain || domain->contains(photons_.position[id] - at.position()))

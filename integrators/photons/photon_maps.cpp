@@ -204,7 +204,9 @@ void PhotonMaps::trace_caustics(RenderContext& context, std::uint32_t pass) {
   const bool few = use_.new_caustics && params_.radius == 0 && photons.size() < static_cast<std::size_t>(params_.k);
   const float radius = few ? std::min({radius_of_few(photons.position), wide_radius_, largest_radius_}) : params_.radius;
   const float share = use_.new_caustics ? static_cast<float>(1 / math::cbrt(pass + 1.0)) : 1;
-  build(context, caustic_, std::move(photons), params_.edges, radius, share, use_.new_caustics);
+  // What kernels lose at edges they would lose in every iteration, and their ends are soon found.
+  const Edges edges = use_.new_caustics ? Edges::visible : params_.edges;
+  build(context, caustic_, std::move(photons), edges, radius, share, use_.new_caustics);
 }
 
 Rgb PhotonMaps::caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo,

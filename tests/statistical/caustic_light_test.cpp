@@ -43,7 +43,9 @@ TEST(CausticLight, ThroughAVeilIsThatOfTheClosedForm) {
   for (const char* method : caches) {
     for (const char* scene : {"builtin:sunlit-field", "builtin:sunlit-ball", "builtin:thin-plate"})
       expect_exact_mean(scene, method, 4, 0.015);
-    expect_exact_mean("builtin:edge", method, 4, 0.025);  // kernels lose light at borders, less with every iteration
+    // A few hundred kernels reach over the borders: divided by their whole discs they lost 2.5 and 4 % of the light.
+    expect_exact_mean("builtin:edge", method, 4, 0.005);
+    expect_exact_mean("builtin:corner", method, 4, 0.01);
   }
 }
 
