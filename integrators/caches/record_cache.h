@@ -44,7 +44,7 @@ void describe_records(Visitor& v, RecordParams& p) {
   v.number("max_spacing", p.max_spacing, 0, 1, "scene diagonals", "and at most this far");
   v.number("extra_samples", p.extra_samples, 0, 31, "camera samples",
            "beyond one per pixel and iteration, at most on the mean: as many for each, or given to the pixels that scatter "
-           "most; none where light is smooth");
+           "most; none where light is smooth, or photons that are new in each iteration leave most of the noise");
   v.integer("max_depth", p.max_depth, 0, 65536, "scattering events", "longest path; 0: as the scene states, else 64");
   v.choice("sampler", p.sampler, "random numbers");
   describe_lights(v, p.lights);

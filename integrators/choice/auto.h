@@ -1,6 +1,6 @@
 // The method that a pilot finds best for the scene and the effort stated (integrators/choice/choose.h).
 //
-// A pilot of about 200,000 rays comes first, and counts in the budget like any preparation. From then on everything is the
+// A pilot of 90,000 to 200,000 rays comes first, and counts in the budget like any preparation. From then on everything is the
 // chosen method's: the image has the bits that it would have under its own name with the same seed. `choice()` says which it
 // is, and why, in one sentence.
 //

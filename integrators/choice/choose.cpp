@@ -15,13 +15,15 @@ namespace {
 // caches and the latter kind to them, since records serve all pixels and a path one. experiments/auto.toml judges the
 // thresholds by all methods.
 constexpr double default_iterations = 64;
-constexpr double rare_hits = 0.03;     // caustic hits over caustic light below which paths find too little of it
-constexpr double rare_photons = 0.02;  // of those emitted, that land on what is seen
-constexpr double certain = 10;         // so much more noise than all else, where few photons tell of them
+constexpr double rare_hits = 0.03;          // caustic hits over caustic light below which paths find too little of it
+constexpr double rare_photons = 0.02;       // of those emitted, that land on what is seen
+constexpr double half_a_hit = 1.0 / 16384;  // of the rays of a whole pilot
+constexpr double certain = 10;              // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
-constexpr double smooth_caustics = 0.9, fair_rays = 700;  // contrast of light with hardly a border, which a map knows soon
-constexpr double no_other_light = 1e-3;                   // noise of a path: what it finds then leaves none that would count
-constexpr double entirely_even = 1.05;                    // contrast of light that ends at borders alone
+constexpr double smooth_caustics = 0.9, fair_rays = 700,
+                 few_rays = 150;         // contrast of light with hardly a border, which a map knows soon
+constexpr double no_other_light = 1e-3;  // noise of a path: what it finds then leaves none that would count
+constexpr double entirely_even = 1.05;   // contrast of light that ends at borders alone
 constexpr double noisy_direct = 3;   // noise of direct light, sampled at lights, over that of paths, which meet them as well
 constexpr double long_time = 2500;   // rays a pixel after which what radii lose at borders is more than bdpt's noise
 constexpr double much_direct = 0.6;  // of the light: there is little to share,
@@ -93,7 +95,7 @@ class Chooser {
     if (found_.diffuse < fewest_diffuse && (found_.caustic_hits > 0 || others_lead)) return false;
     if (!may_cast_caustics(context_) || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
-    const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, 1.0 / 16384);
+    const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, half_a_hit / found_.share);
     if (photons_are_blind()) return false;
     return noise >= (found_.caustic_photons >= fewest_caustics ? 1 : certain) * found_.path_error;
   }
@@ -137,7 +139,8 @@ class Chooser {
       return {"sppm", {}, light + ", and it is even up to borders in view, where radii would shrink late by a test"};
     }
     const bool minor = contrast < even_caustics && found_.caustic_light < minor_caustics && rays_ >= many_rays;
-    const bool alone = contrast < smooth_caustics && found_.path_error < no_other_light && rays_ >= fair_rays;
+    const double soon = found_.path_error > 0 ? fair_rays : few_rays;
+    const bool alone = contrast < smooth_caustics && found_.path_error < no_other_light && rays_ >= soon;
     if (bias_ == BiasAllowed::any && (minor || alone))
       return {"photon-cache", {}, light + ", it is even, and there is time for a map and records"};
     return {"cppm", {}, light + ", and photons' radii need shrink only where a test finds it uneven"};
@@ -241,9 +244,9 @@ double rays_before_paths(const Scene& scene, const Effort& effort, ivec2 resolut
 }
 
 PilotFindings run_pilot_within_effort(const RenderContext& context) {
-  constexpr double usual_rays = 200000, share_of_effort = 1.0 / 16;
+  constexpr double of_photons = 50000, of_the_rest = 150000, share_of_effort = 1.0 / 12;
   const double rays = pixels_of(context.resolution) * rays_before_paths(context.scene, context.effort, context.resolution);
-  return run_pilot(context, 0.25f, std::clamp(share_of_effort * rays / usual_rays, least_pilot, 1.0));
+  return run_pilot(context, 0.25f, std::clamp((share_of_effort * rays - of_photons) / of_the_rest, least_pilot, 1.0));
 }
 
 std::string caustics_out_of_reach(const RenderContext& context, const PilotFindings& findings, const std::string& method) {

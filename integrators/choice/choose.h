@@ -28,7 +28,7 @@ double usual_rays_per_path(const Scene& scene);
 // The effort in rays a pixel, as far as it is known before any are traced. A time is counted in rays, whatever paths take.
 double rays_before_paths(const Scene& scene, const Effort& effort, ivec2 resolution);
 
-// A pilot that takes about a sixteenth of the effort stated, if that does not make it too small to tell.
+// A pilot that takes about a twelfth of the effort stated, and at least some 90,000 rays: of fewer it would not tell.
 PilotFindings run_pilot_within_effort(const RenderContext& context);
 
 // Says that light on what is seen comes by way of specular surfaces, where the method finds it by chance alone, if at all, and

@@ -4,11 +4,11 @@
 // iteration. At first, and as long as sharing them out would leave most of the variance, each pixel takes as many further
 // samples as any other. Where samples hardly differ within pixels, none are taken, however much neighbours differ; where that
 // is known beforehand, as of an even sky, not even at first, since points of one sequence even each other out best. Nor are
-// any taken where iterations differ most by what all samples of one have in common, photons that are new in each: their noise
-// is alike in neighbouring pixels, and camera samples do not lower it. Else further samples are shared out in proportion to
-// the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i is least for n_i ~ sigma_i.
-// Sigma is estimated from the samples so far of the pixel and its eight neighbours,
-// since an outline that just enters a pixel is often seen first beside it.
+// any taken where iterations differ most by what all samples of one have in common, photons or records that are new in each:
+// their noise is alike in neighbouring pixels, and camera samples do not lower it. Else further samples are shared out in
+// proportion to the relative standard deviation sigma, because for a given total the sum of sigma_i^2 / n_i is least for n_i ~
+// sigma_i. Sigma is estimated from the samples so far of the pixel and its eight neighbours, since an outline that just enters
+// a pixel is often seen first beside it.
 //
 // The iteration's value of a pixel is the mean of its samples there, and iterations weigh the same: given those before, each
 // has the right expectation, so that choosing numbers by what was found adds no bias ([Kirk1991] shows that else it does).
@@ -35,9 +35,9 @@ class SampleShares {
   // span, in units of the most that an iteration takes; at most `most_first`.
   explicit SampleShares(ivec2 resolution = ivec2(0), float extra = 0, std::uint32_t first = 0, bool measures = false);
 
-  static constexpr std::uint32_t most = 32;              // samples of a pixel in an iteration
-  static constexpr double smooth = 0.04;                 // relative deviation of samples below which one is enough
-  static constexpr double common = 0.8;                  // variance they share over their own, beyond which it is as well
+  static constexpr std::uint32_t most = 32;  // samples of a pixel in an iteration
+  static constexpr double smooth = 0.04;     // relative deviation of samples below which one is enough
+  static constexpr double common = 0.8;      // what iterations share of the variance over what samples add, likewise
   static constexpr std::uint32_t most_first = 1u << 20;  // which leaves a span's numbers for as many iterations
 
   // Before the first iteration: one sample of each pixel is enough for it, as far as can be told.

@@ -76,8 +76,15 @@ struct TangentView {
 }  // namespace
 
 vec2 VisibleDomain::direction(int i) {
-  const float angle = 2 * pi * static_cast<float>(i) / directions;
-  return {math::cos(angle), math::sin(angle)};
+  static const auto all = [] {
+    std::array<vec2, directions> made;
+    for (int k = 0; k < directions; ++k) {
+      const float angle = 2 * pi * static_cast<float>(k) / directions;
+      made[k] = {math::cos(angle), math::sin(angle)};
+    }
+    return made;
+  }();
+  return all[i];
 }
 
 VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius, bool alone)
@@ -86,15 +93,19 @@ VisibleDomain::VisibleDomain(const RenderContext& context, const vec3& position,
   const auto towards = [&](int i) { return frame_.to_world(vec3(direction(i), 0)); };
   std::array<Ray, directions / 2> down;
   std::array<Hit, directions / 2> hits;
-  for (std::size_t i = 0; i < down.size(); ++i) down[i] = view.down_to(position + radius * towards(2 * static_cast<int>(i)));
+  for (int i = 0; i < directions; i += 2) down[i / 2] = view.down_to(position + radius * towards(i));
   trace(context, down, hits);
+  reach_.fill(0);
   bool whole = true;
-  for (std::size_t i = 0; i < down.size() && whole; ++i)
-    whole = view.is_surface(down[i], hits[i]) && (alone || view.free_way(towards(2 * static_cast<int>(i))) == radius);
-  reach_.fill(radius);
-  if (whole) return;
+  for (int i = 0; i < directions; i += 2) {
+    const bool free = view.is_surface(down[i / 2], hits[i / 2]) && (alone || view.free_way(towards(i)) == radius);
+    if (free) reach_[i] = radius;
+    whole = whole && free;
+  }
+  if (whole) reach_.fill(radius);
   // Never nothing: a sliver of the disc stays where no direction is free.
-  for (int i = 0; i < directions; ++i) reach_[i] = std::max(view.reach(towards(i), alone), 0.02f * radius);
+  for (int i = 0; i < directions; ++i)
+    if (reach_[i] == 0) reach_[i] = std::max(view.reach(towards(i), alone), 0.02f * radius);
 }
 
 bool VisibleDomain::contains(const vec3& offset) const {

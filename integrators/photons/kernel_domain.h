@@ -8,7 +8,9 @@
 // VisibleDomain is the part of its own surface that the point sees, found by rays: geometry-aware areas are [Hey2002]'s remedy,
 // a kernel cut at visibility [Herzog2007]'s. In 16 directions a ray along the tangent plane finds walls, and probes down to the
 // surface find its end, within r / 64. D is the polygon through what they reach, or the full sector where two neighbours reach
-// r. A straight edge is found exactly, and light does not leak past walls on the same floor. Gaps in the surface nearer than
+// r. A straight edge is found exactly, and light does not leak past walls on the same floor. Where every other direction
+// reaches r the disc is taken to be whole, without the rest: a straight edge between two of them cuts off 1.3 % of it at most.
+// Gaps in the surface nearer than
 // the point reached are missed, and so are steps lower than r / 5; of a surface that curves away by more than that, D is the
 // nearer part.
 //
@@ -39,8 +41,8 @@ inline vec2 in_tangent_plane(const Frame& frame, const vec3& offset) {
 
 class VisibleDomain {
  public:
-  // `normal`: of the side that is looked at. `alone`: no other surface is within the radius. Then a disc whose end is found in
-  // eight of the directions is taken to be whole, and a straight edge that cuts off up to 1.3 % of it is missed.
+  // `normal`: of the side that is looked at. `alone`: nothing that hides photons is within the radius, so that no rays look for
+  // walls.
   VisibleDomain(const RenderContext& context, const vec3& position, const vec3& normal, float radius, bool alone = false);
 
   bool is_disc() const {

@@ -34,7 +34,11 @@ void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const 
   held_ = 0;
   for (const PhotonSide& side : photons_.side) held_ |= side.history;
   query_->build(photons_.position);
-  radius_ = options.radius > 0 ? options.radius : std::min(automatic_radius(), options.largest_radius);
+  const float automatic = options.radius > 0 ? infinity : automatic_radius();
+  radius_ = options.radius > 0 ? options.radius : std::min(automatic, options.largest_radius);
+  constexpr float of_automatic =
+      0.6f;  // where photons are a sixth as dense as usual; in a right-angled corner they are a quarter
+  sparse_ = options.widen && options.k > 0 ? of_automatic * automatic : infinity;
   even_radius_.clear();
   if (options.widen && options.k > 0 && !photons_.empty()) find_even_discs();
 }
@@ -59,6 +63,8 @@ float PhotonMap::automatic_radius() const {
 }
 
 namespace {
+
+constexpr float least_share = 0.1f;  // of a disc: of a thinner sliver one photon would outshine all others
 
 // A photon of the block along the curve, whose place stands for it.
 std::size_t middle_of(std::size_t block, std::size_t size, std::size_t photons) {
@@ -153,6 +159,12 @@ Rgb PhotonMap::radiance(const RenderContext& context, const SurfacePoint& point,
   return estimate(context, GatherPoint(point, bsdf, wo, histories, max_scatterings, tail_density));
 }
 
+// Where a map is new in every iteration, ends of discs are not looked for where rays would tell them badly: on sheets that let
+// some rays through, and where rounding is not small beside the disc.
+bool PhotonMap::tells_edges(const GatherPoint& at, float radius) const {
+  return !options_.widen || (!lets_light_through(at.layer()) && radius > 20 * clearance_of(at.position(), radius));
+}
+
 PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const GatherPoint& at) const {
   if (photons_.empty()) return {};
   const bool ends_at_walls = options_.edges == Edges::visible || (options_.edges == Edges::hull && !at.of_caustics());
@@ -165,9 +177,7 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   // Fewer than k in all: those within the radius, which need not be brought into order.
   const bool whole = static_cast<std::size_t>(options_.k) > photons_.size();
   KernelDisc disc = find_disc(*query_, at.position(), whole ? 0 : options_.k, radius_, neighbours, options_.share);
-  // Where a map that is new in every iteration has few of its photons there is hardly any light to lose at edges.
-  constexpr float sparse = 0.5f;  // of the radius of the search, which is four times the usual one
-  const bool dense = !options_.widen || disc.radius_squared <= options_.share * square(sparse * radius_);
+  const bool dense = disc.radius_squared <= options_.share * square(sparse_);
   if (const float wide = even_radius(at, neighbours); wide > 0)
     disc = find_disc(*query_, at.position(), 0, wide, neighbours, std::sqrt(options_.share));
   count(Counter::photons_gathered, disc.count);
@@ -178,9 +188,9 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   const std::span<const Neighbour> near = counting(context, at, {neighbours.data(), disc.count}, walls);
   if (options_.edges == Edges::hull && !at.of_caustics()) return {over_hull(at, near, disc), radius, photon_footprint};
   std::optional<VisibleDomain> domain;
-  if (options_.edges == Edges::visible && dense)
+  if (options_.edges == Edges::visible && !near.empty() && dense && tells_edges(at, radius))
     domain.emplace(context, at.position(), at.normal(), radius, walls_ && walls.none());
-  if (domain && domain->is_disc()) domain.reset();
+  if (domain && (domain->is_disc() || (options_.widen && domain->share(options_.kernel) < least_share))) domain.reset();
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
     if (!domain || domain->contains(photons_.position[id] - at.position()))

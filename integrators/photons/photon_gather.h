@@ -45,9 +45,11 @@ struct GatherOptions {
   bool side_test = true;  // refuse photons that arrived on another side than the one that is looked at, or past a wall
   float largest_radius = infinity;  // metres; bounds a radius that is found from the photons' density
   Edges edges = Edges::disc;
-  float share = 1;     // of the disc so found, about the same middle, which photons must lie in to count
-  float alone = 1;     // metres: the radius about a photon that has no other
-  bool widen = false;  // with k > 0: wider discs where photons lie evenly
+  float share = 1;  // of the disc so found, about the same middle, which photons must lie in to count
+  float alone = 1;  // metres: the radius about a photon that has no other
+  // The map is new in every iteration. With k > 0 discs are wider where photons lie evenly, and their visible part is looked
+  // for where photons are not far sparser than usual, and used if it is no mere sliver.
+  bool widen = false;
 };
 
 // Photons under a kernel: the first `count` of the neighbours, over a disc of squared radius `radius_squared`.
@@ -228,6 +230,7 @@ class PhotonMap {
   void find_even_discs();  // about a photon of each block of that size
   // The radius of a disc about the point in which photons lie evenly; 0 where those nearest to it tell of none.
   float even_radius(const GatherPoint& at, std::span<const Neighbour> nearest) const;
+  bool tells_edges(const GatherPoint& at, float radius) const;
   Rgb over_hull(const GatherPoint& at, std::span<const Neighbour> near, const KernelDisc& disc) const;
 
   Photons photons_;
@@ -236,6 +239,7 @@ class PhotonMap {
   std::shared_ptr<const WallGrid> walls_;
   GatherOptions options_;
   float radius_ = 0;
+  float sparse_ = infinity;         // a disc's radius beyond which hardly any light is lost at edges
   std::vector<float> even_radius_;  // about each block of photons along the curve, negative where they lie unevenly
 };
 

@@ -73,7 +73,7 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.flag("side_test", p.side_test, "refuse photons from another side of a wall or corner");
   v.choice("edges", p.edges,
            "what photons are divided by: the whole disc, its part that the point sees, or their own hull (caustics that are "
-           "seen: the whole disc; photons that are new in every iteration: the part that the point sees)");
+           "seen: the whole disc); caustics that are new in every iteration always by the part that the point sees");
   v.choice("emission", p.emission,
            "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");

@@ -364,7 +364,7 @@ PilotFindings run_pilot(const RenderContext& context, float narrow, double share
   small.resolution = pilot_resolution(context.resolution, share);
   small.window = {};                                    // which is of the real image's pixels
   small.seed = hash_keys(context.seed, 0x70696c6f74u);  // of its own: nothing of the pilot is in the image
-  PilotFindings findings;
+  PilotFindings findings{.share = share};
   look_at_paths(small, findings);
   small.choose_lights_by(LightChoice::by_need);  // paths may have left some to their BSDF samples
   Vertices vertices(small, context.resolution, narrow);

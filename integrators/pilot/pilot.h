@@ -10,7 +10,7 @@
 //                how much never gets to be seen.
 //
 // All of it is a function of (scene, seed, resolution, share), and the work is counted, not timed: about 200,000 rays, of which
-// paths and camera paths take three quarters.
+// photons take a quarter.
 #pragma once
 
 #include "framework/integrator.h"
@@ -48,6 +48,7 @@ struct PilotFindings {
 
   double records = 0;  // that an irradiance cache of the usual accuracy makes for the real image
   double rays = 0;     // that the pilot took
+  double share = 1;    // of a whole pilot's pixels
 };
 
 // `context` is that of the real image. Time goes to the phase "pilot". `narrow`: photons follow lobes of less GGX alpha, as by

@@ -183,7 +183,7 @@ std::string lights_coincide(const RenderContext& context) {
     if (const auto* area = std::get_if<AreaLight>(&light); area && !is_black(area->radiance)) lights.push_back(area);
   if (lights.empty()) return "";
   const std::size_t asked = std::min(lights.size(), most_points), of_each = std::min(most_points / asked, most_of_light);
-  const float afar = clearance_from_afar(glm::length(scene.bounds().diagonal()));
+  const float afar = clearance_from_afar(glm::length(context.bounds.diagonal()));
   std::vector<double> power(asked), hidden(asked);
   parallel_for(asked, 1, [&](std::size_t i) {
     const AreaLight& light = *lights[i * lights.size() / asked];

@@ -198,16 +198,11 @@ TEST(CausticLight, IsTheSameAtAnyThreadCount) {
   }
 }
 
-// The light that kernels lose at a border falls as they shrink.
-TEST(CausticLight, LosesLessAtBordersWithEveryIteration) {
+TEST(CausticLight, LosesNoneAtBorders) {
   const Scene scene = load_scene("builtin:edge");
   const Image exact = integrate_closed_form(scene, {32, 32});
-  const auto lost = [&](std::uint32_t iterations) {
-    return -testing::bias_over_seeds(scene, "hash-cache", options_for("hash-cache", iterations), 3, exact).mean;
-  };
-  const double first = lost(4), last = lost(128);
-  EXPECT_GT(last, 0);
-  EXPECT_LT(last, 0.75 * first);  // radii in the mean are 0.61 of those of four iterations; 0.5 passed by chance
+  const auto b = testing::bias_over_seeds(scene, "hash-cache", options_for("hash-cache", 128), seeds, exact);
+  EXPECT_LT(std::abs(b.mean), 8 * b.deviation + 0.001) << b.mean << " +- " << b.deviation;
 }
 
 TEST(CausticLight, IsNotCountedBesideExactRecords) {

@@ -189,6 +189,28 @@ TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
   }
 }
 
+// An edge that runs between two of the directions that are tried first is missed where it cuts off little.
+TEST(PhotonEdges, WholeDiscsTakeFewRaysAndHardlyAnyEdgeIsMissed) {
+  const auto rays_so_far = [] { return read_counters()[static_cast<std::size_t>(Counter::rays)]; };
+  const SceneContext wide(Floor().scene());
+  for (const bool alone : {true, false}) {
+    const auto before = rays_so_far();
+    EXPECT_TRUE(VisibleDomain(wide.context, vec3(0), {0, 0, 1}, radius, alone).is_disc());
+    EXPECT_EQ(rays_so_far() - before, alone ? 8u : 16u);
+  }
+  for (const double x : {0.2, 0.8, 0.93, 0.97}) {
+    const SceneContext floor(Floor{static_cast<float>(x) * radius}.scene());
+    for (const bool alone : {true, false})
+      for (int turn = 0; turn < 8; ++turn) {  // the frame, and with it the directions
+        const float angle = static_cast<float>(turn) * pi / 64;
+        const vec3 normal = glm::normalize(vec3(1e-3f * std::cos(angle), 1e-3f * std::sin(angle), 1));
+        const double share = VisibleDomain(floor.context, vec3(0), normal, radius, alone).share(Kernel::box);
+        EXPECT_LT(share, kept_share(x) + 0.0135) << x << " " << turn;
+        EXPECT_GT(share, kept_share(x) - 0.04) << x << " " << turn;  // a polygon, in which alone photons count
+      }
+  }
+}
+
 // The mean of probes over a disc about a point, by 64 x 64 of them.
 double probed_share(const SceneContext& stage, const SurfacePoint& point, const vec3& wo, Kernel kernel, float r,
                     const NearWalls& walls = {}) {

@@ -32,7 +32,7 @@ Choice choice_in(const std::string& scene, const Effort& effort, int threads = 2
   stage.context.effort = effort;
   Choice choice;
   with_threads(threads, [&] {
-    choice.findings = run_pilot(stage.context);
+    choice.findings = run_pilot_within_effort(stage.context);
     choice.method = choose_method(stage.context, choice.findings, bias);
   });
   return choice;
@@ -59,6 +59,14 @@ TEST(Pilot, FindsTheSameWhateverPartOfTheImageIsWanted) {
     EXPECT_EQ(part.path_error, whole.path_error);
     EXPECT_EQ(part.rays, whole.rays);
   });
+}
+
+TEST(Pilot, TakesLessOfASmallBudget) {
+  const auto rays_in = [](double seconds) { return choice_in("builtin:cornell-box", {seconds}).findings.rays; };
+  const double whole = rays_in(4), small = rays_in(0.1);
+  EXPECT_LT(small, 0.65 * whole);
+  EXPECT_LT(small, 8e6 * 0.1 / 6);
+  EXPECT_GT(rays_in(0.001), 0.4 * whole);  // of fewer it would not tell
 }
 
 TEST(Pilot, TellsScenesApart) {
@@ -100,25 +108,25 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
     const char* method;
   };
   const std::pair<const char*, std::vector<Chosen>> expected[] = {
-      {"builtin:polygon-light", {{4, "path"}}},                                    // nothing but direct light
-      {"builtin:veach-mis", {{4, "irradiance-cache"}}},                            // and a little besides
-      {"builtin:white-furnace", {{4, "path"}}},                                    // hardly a rough surface
-      {"builtin:thin-plate", {{1, "path"}}},                                       // a caustic on the side that is not seen
-      {"builtin:glossy-furnace", {{4, "path"}}},                                   // what lobes send on, not what lands
-      {"builtin:furnace", {{4, "path"}}},                                          // no noise at all,
-      {"builtin:concentric-spheres", {{4, "hash-cache"}}},                         // little, of direct light,
-      {"builtin:cavity", {{1, "hash-cache"}, {4, "hash-cache"}}},                  // somewhat more,
-      {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},            // and of indirect light
-      {"builtin:water", {{4, "cppm"}}},                                            // all light through water, evenly
-      {"builtin:edge", {{4, "sppm"}, {16, "bdpt"}}},                               // the same, up to a border in view
-      {"builtin:glass-caustic", {{0.25, "cppm"}, {1, "cppm"}, {16, "cppm"}}},      // a sharp caustic
-      {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},  // mirrors that paths find the light in
-      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "cppm"}}},                // and less easily,
-      {"builtin:veiled-lamp", {{4, "cppm"}}},                                      // and too seldom
-      {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},         // light through a door
-      {"builtin:mesh", {{1, "hash-cache"}, {4, "irradiance-cache"}}},              // too many records for a second,
-      {"builtin:keyhole", {{0.25, "irradiance-cache"}}},                           // too few paths to share, either,
-      {"builtin:cornell-box", {{1, "irradiance-cache"}}}};                         // records take time
+      {"builtin:polygon-light", {{4, "path"}}},                                       // nothing but direct light
+      {"builtin:veach-mis", {{4, "irradiance-cache"}}},                               // and a little besides
+      {"builtin:white-furnace", {{4, "path"}}},                                       // hardly a rough surface
+      {"builtin:thin-plate", {{1, "path"}}},                                          // a caustic on the side that is not seen
+      {"builtin:glossy-furnace", {{4, "path"}}},                                      // what lobes send on, not what lands
+      {"builtin:furnace", {{4, "path"}}},                                             // no noise at all,
+      {"builtin:concentric-spheres", {{4, "hash-cache"}, {16, "irradiance-cache"}}},  // little, of direct light,
+      {"builtin:cavity", {{1, "hash-cache"}, {4, "hash-cache"}}},                     // somewhat more,
+      {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},               // and of indirect light
+      {"builtin:water", {{4, "cppm"}}},                                               // all light through water, evenly
+      {"builtin:edge", {{4, "sppm"}, {16, "bdpt"}}},                                  // the same, up to a border in view
+      {"builtin:glass-caustic", {{0.25, "cppm"}, {1, "cppm"}, {16, "cppm"}}},         // a sharp caustic
+      {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},     // mirrors that paths find the light in
+      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "cppm"}}},                   // and less easily,
+      {"builtin:veiled-lamp", {{4, "cppm"}}},                                         // and too seldom
+      {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},            // light through a door
+      {"builtin:mesh", {{1, "hash-cache"}, {4, "irradiance-cache"}}},                 // too many records for a second,
+      {"builtin:keyhole", {{0.25, "irradiance-cache"}}},                              // too few paths to share, either,
+      {"builtin:cornell-box", {{1, "irradiance-cache"}}}};                            // records take time
   for (const auto& [name, choices] : expected) {
     Scene scene = load_scene(name);
     const ivec2 resolution = scene.resolution;
@@ -355,15 +363,16 @@ TEST(AutoChoice, IsUnbiasedWhereThatIsAskedFor) {
 
 // Nothing but the sun through a pane, even over all that is seen: in time a map and records leave less noise than kernels.
 TEST(AutoChoice, StoresCausticsThatAreEvenAndAlone) {
-  const Scene scene = load_scene("builtin:sunlit-field");
-  const auto chosen = [&](double seconds, BiasAllowed bias) {
-    SceneContext stage(scene, {96, 96}, 1);
+  const auto chosen = [](const char* scene, double seconds, BiasAllowed bias) {
+    SceneContext stage(load_scene(scene), {96, 96}, 1);
     stage.context.effort = {seconds};
-    return choose_method(stage.context, run_pilot(stage.context), bias).name;
+    return choose_method(stage.context, run_pilot_within_effort(stage.context), bias).name;
   };
-  EXPECT_EQ(chosen(1, BiasAllowed::any), "photon-cache");
-  EXPECT_EQ(chosen(0.25, BiasAllowed::any), "cppm");
-  EXPECT_EQ(chosen(4, BiasAllowed::vanishing), "cppm");
+  EXPECT_EQ(chosen("builtin:sunlit-field", 0.25, BiasAllowed::any), "photon-cache");
+  EXPECT_EQ(chosen("builtin:sunlit-field", 0.05, BiasAllowed::any), "cppm");
+  EXPECT_EQ(chosen("builtin:sunlit-field", 4, BiasAllowed::vanishing), "cppm");
+  EXPECT_EQ(chosen("builtin:mirror", 1, BiasAllowed::any), "photon-cache");  // beside even direct light
+  EXPECT_EQ(chosen("builtin:mirror", 0.25, BiasAllowed::any), "cppm");
 }
 
 class AutoRender : public ProgramTest {};
