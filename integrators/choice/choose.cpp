@@ -20,10 +20,10 @@ constexpr double rare_photons = 0.02;       // of those emitted, that land on wh
 constexpr double half_a_hit = 1.0 / 16384;  // of the rays of a whole pilot
 constexpr double certain = 10;              // so much more noise than all else, where few photons tell of them
 constexpr double even_caustics = 1.5, minor_caustics = 0.3, many_rays = 1500;
-constexpr double smooth_caustics = 0.9, fair_rays = 700,
-                 few_rays = 150;         // contrast of light with hardly a border, which a map knows soon
-constexpr double no_other_light = 1e-3;  // noise of a path: what it finds then leaves none that would count
-constexpr double entirely_even = 1.05;   // contrast of light that ends at borders alone
+constexpr double smooth_caustics = 0.9;            // contrast of light with hardly a border,
+constexpr double few_rays = 150, fair_rays = 700;  // a pixel, from which a map knows it: alone, and beside other light
+constexpr double no_other_light = 1e-3;            // noise of a path: what it finds then leaves none that would count
+constexpr double entirely_even = 1.05;             // contrast of light that ends at borders alone
 constexpr double noisy_direct = 3;   // noise of direct light, sampled at lights, over that of paths, which meet them as well
 constexpr double long_time = 2500;   // rays a pixel after which what radii lose at borders is more than bdpt's noise
 constexpr double much_direct = 0.6;  // of the light: there is little to share,

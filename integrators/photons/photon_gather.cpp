@@ -36,8 +36,8 @@ void PhotonMap::build(Photons photons, std::unique_ptr<PointQuery> query, const 
   query_->build(photons_.position);
   const float automatic = options.radius > 0 ? infinity : automatic_radius();
   radius_ = options.radius > 0 ? options.radius : std::min(automatic, options.largest_radius);
-  constexpr float of_automatic =
-      0.6f;  // where photons are a sixth as dense as usual; in a right-angled corner they are a quarter
+  // Where photons are a sixth as dense as usual; in a right-angled corner they are a quarter.
+  constexpr float of_automatic = 0.6f;
   sparse_ = options.widen && options.k > 0 ? of_automatic * automatic : infinity;
   even_radius_.clear();
   if (options.widen && options.k > 0 && !photons_.empty()) find_even_discs();
