@@ -10,9 +10,8 @@
 // surface find its end, within r / 64. D is the polygon through what they reach, or the full sector where two neighbours reach
 // r. A straight edge is found exactly, and light does not leak past walls on the same floor. Where every other direction
 // reaches r the disc is taken to be whole, without the rest: a straight edge between two of them cuts off 1.3 % of it at most.
-// Gaps in the surface nearer than
-// the point reached are missed, and so are steps lower than r / 5; of a surface that curves away by more than that, D is the
-// nearer part.
+// Gaps in the surface nearer than the point reached are missed, and so are steps lower than r / 5; of a surface that curves
+// away by more than that, D is the nearer part.
 //
 // PhotonHull is the convex hull of the photons themselves: no rays. Only photons strictly inside of it are counted: given the
 // hull, they are uniform in it, so that their number over its area is unbiased for any convex piece of surface ([Efron1965],

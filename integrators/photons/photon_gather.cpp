@@ -190,12 +190,14 @@ PhotonMap::Estimate PhotonMap::measure(const RenderContext& context, const Gathe
   std::optional<VisibleDomain> domain;
   if (options_.edges == Edges::visible && !near.empty() && dense && tells_edges(at, radius))
     domain.emplace(context, at.position(), at.normal(), radius, walls_ && walls.none());
-  if (domain && (domain->is_disc() || (options_.widen && domain->share(options_.kernel) < least_share))) domain.reset();
+  float share = domain && !domain->is_disc() ? domain->share(options_.kernel) : 1;
+  if (options_.widen && share < least_share) share = 1;
+  if (share == 1) domain.reset();
   Rgb sum(0);
   for (const auto& [id, distance_squared] : near)
     if (!domain || domain->contains(photons_.position[id] - at.position()))
       sum += at.reflected(photons_, id) * disc.shape(options_.kernel, distance_squared);
-  return {sum * (disc.per_area() / (domain ? domain->share(options_.kernel) : 1)), radius, photon_footprint};
+  return {sum * (disc.per_area() / share), radius, photon_footprint};
 }
 
 // The hull of a few photons does not tell where the surface ends: then the whole disc is used.
