@@ -8,6 +8,8 @@
 namespace etendue {
 namespace {
 
+using namespace report_test;
+
 // A record whose figure rises from 0.5 by the factor at each of five points.
 StressRecord record_of(const std::string& column, double factor, const std::string& remedy = "") {
   StressRecord record;
