@@ -60,8 +60,9 @@ EstimatorPair choose_estimators(const Scene& scene, const SceneNeeds& needs, ive
 inline constexpr double biased_check_indifference = 5e-3;
 
 // Renders both in independent batches and compares them; what is unbiased is weighted by its variance. The more efficient one
-// has `samples` per pixel, the other a quarter of them. A reference too small to compare them is used and called `undecided` in
-// its checks, with a floor taken from how far the two images differ.
+// has `samples` per pixel, the other a quarter of them. Where one that merges is the darker, and disagrees, it is asked once
+// more with a smaller radius, as it loses light beside what is finer than that. A reference too small to compare them is used
+// and called `undecided` in its checks, with a floor taken from how far the two images differ.
 Reference render_reference(const ReferenceRequest& request, std::uint64_t samples);
 
 }  // namespace etendue

@@ -231,6 +231,7 @@ Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, cons
   result.verdict = comparisons.worst().conviction() > 1  ? Verdict::disagree
                    : comparisons.worst_t().t_ratio() > 1 ? Verdict::cannot_tell
                                                          : Verdict::agree;
+  if (result.verdict == Verdict::disagree) result.difference = comparisons.worst().difference;
   if (result.verdict == Verdict::cannot_tell) result.times_the_samples = comparisons.worst_t().times_the_samples();
   if (result.verdict == Verdict::agree && comparisons.may_lack_light()) {
     result.verdict = Verdict::cannot_tell;

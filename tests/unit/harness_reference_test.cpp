@@ -42,6 +42,9 @@ TEST(Agreement, ShiftOfOneBlockIsFoundAndNamed) {
   const Agreement agreement = compare_means(noisy_batches(1, 1, 0), noisy_batches(2, 1, 0.2));
   EXPECT_EQ(agreement.verdict, Agreement::Verdict::disagree) << agreement.text;
   EXPECT_NE(agreement.text.find("block (0, 0)"), std::string::npos) << agreement.text;
+  EXPECT_NEAR(agreement.difference, -0.2, 0.05);  // of the first over the second
+  EXPECT_NEAR(compare_means(noisy_batches(1, 1, 0.2), noisy_batches(2, 1, 0)).difference, 0.2, 0.05);
+  EXPECT_EQ(compare_means(noisy_batches(1, 1, 0), noisy_batches(2, 1, 0)).difference, 0);
 }
 
 TEST(Agreement, ShiftOfTheWholeImageIsFound) {
@@ -287,6 +290,8 @@ TEST_F(ReferenceFiles, CausticsOfPointLightsAreJudgedByMerging) {
   EXPECT_NEAR(bias(seen.rendered.image, integrate_closed_form(scene, {16, 16})), 0, 0.03);
   const Reference hidden = make(choice, {16, 16}, "builtin:mirror?view=mirror");
   EXPECT_NE(hidden.failure.find("only merging finds"), std::string::npos) << hidden.failure;
+  // A radius that finds less of it is not asked, since it is the check that is brighter.
+  EXPECT_NE(hidden.failure.find("bdpt and vcm paths=65536 sampler=independent disagree"), std::string::npos) << hidden.failure;
 }
 
 }  // namespace
