@@ -10,6 +10,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+
 namespace etendue {
 
 namespace {
@@ -21,17 +24,26 @@ constexpr int pilot_grid = 32;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
 // A first radius that is not given is at most this, over the scene's diagonal: on open ground discs of any size are whole. It
-// is halved while more than this share of the light lands on surfaces that are small for it.
+// is halved while more than this share of the light lands on surfaces that are small for it, or that many of what is seen are:
+// light that lands all about a room tells nothing of the room.
 constexpr float largest_radius = 0.05f;
-constexpr double most_on_small_surfaces = 0.02;
+constexpr double most_on_small_surfaces = 0.02, most_seen_on_small_surfaces = 0.1;
 constexpr int most_halvings = 10;
 constexpr std::size_t discs_tried = 256;
 
 // Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
 constexpr float narrow_lobe = 0.05f;
 
-// The first surface with a lobe to merge at that a camera ray meets, through delta lobes.
-std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
+// The middle of a disc of merges, on the side that looks at it, and the light that such discs find or that lands there.
+struct MergeDisc {
+  vec3 position, normal;
+  double light = 1;
+};
+
+vec3 facing(const vec3& normal, const vec3& wo) { return glm::dot(normal, wo) < 0 ? -normal : normal; }
+
+// At the first surface with a lobe to merge at that a camera ray meets, through delta lobes.
+std::optional<MergeDisc> visible_disc(const RenderContext& context, ivec2 pixel) {
   const auto key = pixel_index(pixel, context.resolution);
   Sampler sampler(SamplerKind::independent, context.seed, Stream::initial_pass, key, 0);
   Ray ray = sample_camera_ray(context, pixel, sampler);
@@ -40,7 +52,7 @@ std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
     if (!hit) return std::nullopt;
     const SurfacePoint point = context.scene.surface_at(ray, hit);
     const Bsdf bsdf(context.scene, point);
-    if (bsdf.has_non_specular()) return point.position;
+    if (bsdf.has_non_specular()) return MergeDisc{point.position, facing(point.normal, -ray.direction)};
     const float u_lobe = sampler.get_1d();
     const BsdfSample next = bsdf.sample(-ray.direction, u_lobe, sampler.get_2d());
     if (!next) return std::nullopt;
@@ -49,22 +61,26 @@ std::optional<vec3> visible_point(const RenderContext& context, ivec2 pixel) {
   return std::nullopt;
 }
 
-// The share of the light that lands where less than half of a disc of the radius is on the surface, as it is within a lamp that
-// is smaller: merges there divide what they find by all of the disc.
-double share_on_small_surfaces(const RenderContext& context, std::span<const LightVertex* const> vertices, float radius) {
-  const std::size_t tried = std::min(vertices.size(), discs_tried);
+std::vector<MergeDisc> discs_of(std::span<const LightVertex* const> vertices) {
+  std::vector<MergeDisc> discs;
+  for (const LightVertex* vertex : vertices)
+    discs.push_back({vertex->point.position, facing(vertex->point.normal, vertex->wo), luminance(vertex->power)});
+  return discs;
+}
+
+// The share of the light of discs of which less than half is on the surface. That is so within a lamp that is smaller, and in
+// a room: merges there divide what they find by all of the disc.
+double share_on_small_surfaces(const RenderContext& context, std::span<const MergeDisc> discs, float radius) {
+  const std::size_t tried = std::min(discs.size(), discs_tried);
   std::vector<std::uint8_t> small(tried);
-  const auto vertex = [&](std::size_t i) -> const LightVertex& { return *vertices[i * vertices.size() / tried]; };
+  const auto disc = [&](std::size_t i) -> const MergeDisc& { return discs[i * discs.size() / tried]; };
   parallel_for(tried, 8, [&](std::size_t i) {
-    const SurfacePoint& point = vertex(i).point;
-    const vec3 normal = glm::dot(point.normal, vertex(i).wo) < 0 ? -point.normal : point.normal;
-    small[i] = VisibleDomain(context, point.position, normal, radius).share(Kernel::box) < 0.5f;
+    small[i] = VisibleDomain(context, disc(i).position, disc(i).normal, radius).share(Kernel::box) < 0.5f;
   });
   double all = 0, on_small = 0;
   for (std::size_t i = 0; i < tried; ++i) {
-    const double power = luminance(vertex(i).power);
-    all += power;
-    if (small[i]) on_small += power;
+    all += disc(i).light;
+    if (small[i]) on_small += disc(i).light;
   }
   return all > 0 ? on_small / all : 0;
 }
@@ -125,13 +141,18 @@ void Vcm::prepare(RenderContext& context) {
 float Vcm::first_radius(const RenderContext& context, int neighbours) {
   const auto timed = context.phases.measure("pilot");
   const ivec2 grid = glm::min(ivec2(pilot_grid), context.resolution);
-  std::vector<std::optional<vec3>> seen(static_cast<std::size_t>(grid.x) * grid.y);
+  std::vector<std::optional<MergeDisc>> of_pixel(static_cast<std::size_t>(grid.x) * grid.y);
   parallel_pixels(grid, [&](ivec2 i) {
-    seen[static_cast<std::size_t>(i.y) * grid.x + i.x] = visible_point(context, (2 * i + 1) * context.resolution / (2 * grid));
+    of_pixel[static_cast<std::size_t>(i.y) * grid.x + i.x] =
+        visible_disc(context, (2 * i + 1) * context.resolution / (2 * grid));
   });
+  std::vector<MergeDisc> seen;
   std::vector<vec3> points;
-  for (const auto& point : seen)
-    if (point) points.push_back(*point);
+  for (const auto& disc : of_pixel)
+    if (disc) {
+      seen.push_back(*disc);
+      points.push_back(disc->position);
+    }
   {
     const auto emitting = context.phases.measure("emit");
     light_paths_.trace(context, settings_, pilot_iteration, true);
@@ -141,11 +162,20 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   const float diagonal = glm::length(context.bounds.diagonal());
   if (!(usual > 0)) return 0.01f * diagonal;
   if (params_.neighbours > 0) return usual;
-  float radius = std::min(usual, largest_radius * diagonal);
-  const std::vector<const LightVertex*> vertices = light_paths_.vertices();
-  for (int i = 0; i < most_halvings && share_on_small_surfaces(context, vertices, radius) > most_on_small_surfaces; ++i)
-    radius *= 0.5f;
-  return radius;
+  const std::vector<MergeDisc> lit = discs_of(light_paths_.vertices());
+  const float widest = std::min(usual, largest_radius * diagonal);
+  const auto halved = [&](int times) { return std::ldexp(widest, -times); };
+  std::array<std::optional<bool>, most_halvings + 4> known;
+  const auto is_too_wide = [&](int times) {
+    if (!known[times])
+      known[times] = share_on_small_surfaces(context, lit, halved(times)) > most_on_small_surfaces ||
+                     share_on_small_surfaces(context, seen, halved(times)) > most_seen_on_small_surfaces;
+    return *known[times];
+  };
+  // A table is not told from the plain that it stands on by discs five times as wide as it is high: smaller ones must fit, too.
+  int times = 0;
+  while (times < most_halvings && (is_too_wide(times) || is_too_wide(times + 2) || is_too_wide(times + 3))) ++times;
+  return halved(times);
 }
 
 void Vcm::iteration(RenderContext& context, std::uint32_t index, Film& film) {

@@ -18,10 +18,11 @@
 // lamps that stand apart, of which a connection asks one and a merge finds those whose light arrives; and the first where only
 // narrow rough lobes may throw caustics, of lights that no ray can meet. By default r_1 is at most a twentieth of the scene's
 // diagonal, and halved, up to ten times, while more than 2 % of the light of the pilot's paths lands where less than half of a
-// disc is on the surface, as within a small lamp, or all over a room where hardly any light path gets into view: merges there
-// would find little, and weights count on them. Elsewhere nothing is merged unless it is asked for: the other strategies bring
-// the same light with less noise, in less time and without a blur (experiments/ledger.toml), and vcm is bdpt. There is one
-// radius for the whole image, since weights along light paths depend on it. Hence discs cannot end at walls that hide a
+// disc is on the surface, as within a small lamp, or more than a tenth of the visible points lie so, as in a room into which
+// hardly any light path gets. The same is asked of discs a quarter and an eighth as wide, which tell low steps apart. Merges
+// there would find little, and weights count on them. Elsewhere nothing is merged unless it is asked for: the other strategies
+// bring the same light with less noise, in less time and without a blur (experiments/ledger.toml), and vcm is bdpt. There is
+// one radius for the whole image, since weights along light paths depend on it. Hence discs cannot end at walls that hide a
 // brighter part of the same floor, as those of progressive photon mapping do; instead each merge is tested by a shadow ray
 // (`wall_test`) and does not count if something is in the way. The weights, which assume whole discs, stay as they are: the
 // light lost at walls is of the order of r, as at all borders of a surface, and vanishes with it. There is no side test: merges

@@ -97,6 +97,26 @@ TEST(Vcm, MergesNoWiderThanSmallSurfacesThatHoldMuchOfTheLight) {
   EXPECT_NEAR(merged / expected, 1, 0.05);
 }
 
+// A table on a plain, on which nearly all of the light lands.
+TEST(Vcm, MergesNoWiderThanWhatIsSeen) {
+  SceneBuilder b("a table on a plain");
+  const auto wood = b.material(Diffuse{Rgb(0.5f)});
+  b.mesh(quad({-100, 0, 100}, {100, 0, 100}, {100, 0, -100}, {-100, 0, -100}), wood);
+  b.mesh(box({-0.3f, 0.95f, -0.3f}, {0.3f, 1, 0.3f}), wood);
+  b.quadric(Sphere{{20, 2, 0}, 1}, b.material(Dielectric{.eta = 1.5f}));
+  b.light(PointLight{{0, 30, 0}, Rgb(3000)});
+  b.camera({0, 1.5f, 0.4f}, {0, 1, 0}, 35, {16, 16});
+  const Scene scene = b.finish();
+  RenderOptions options;
+  options.resolution = {16, 16};
+  options.iterations = 64;
+  const auto mean = [&](const char* method) {
+    return testing::block_means(render(scene, method, options).image, 16).front().y;
+  };
+  const double expected = mean("bdpt"), merged = mean("vcm");
+  EXPECT_NEAR(merged / expected, 1, 0.02);
+}
+
 TEST(Bidirectional, MatchesCausticsOfPointLightsSeenDirectly) {
   for (const char* scene : {"builtin:mirror", "builtin:water"}) expect_exact_mean(scene, "bdpt", 64, 2e-5);
 }
