@@ -11,6 +11,8 @@ namespace etendue {
 
 namespace {
 
+constexpr double usual_bias = 0.05;  // of the image's mean
+
 // The state of one camera sample.
 struct CameraSample {
   std::uint64_t pixel;
@@ -44,7 +46,7 @@ class PhotonMapping final : public Integrator {
 
 PhotonMapping::PhotonMapping(const PhotonMapParams& params)
     : params_(params),
-      expected_{Bias::biased, -1, 0.05,
+      expected_{Bias::biased, -1, usual_bias,
                 params.retrace ? "blur by the kernel's radius and loss at edges [Jensen2001]; the maps' variance averages out"
                                : "blur by the kernel's radius, loss at edges, and the one map's own noise [Jensen2001]"},
       maps_(params, "photon-map") {}
@@ -91,9 +93,10 @@ double PhotonMapping::lost_at_edges(const RenderContext& context) const {
 }
 
 void PhotonMapping::expect_loss(double lost) {
-  if (lost <= expected_.bias_bound) return;
-  expected_.bias_bound = std::min(1.0, 2 * lost);
-  expected_.left_out = fmt::format(
+  if (lost <= usual_bias) return;
+  expected_.bias_bound = std::max(expected_.bias_bound, std::min(1.0, 2 * lost));
+  if (!expected_.left_out.empty()) expected_.left_out += "; ";
+  expected_.left_out += fmt::format(
       "kernels reach beyond edges and corners, where about {:.0f} % of the light is lost; "
       "edges = \"visible\" keeps it, and more photons lose less",
       100 * lost);

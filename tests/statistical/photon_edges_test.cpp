@@ -177,6 +177,23 @@ TEST(PhotonEdges, PhotonMapTellsOfTheLightItLoses) {
   EXPECT_NE(left_out("builtin:exterior", "disc"), "");
 }
 
+// Beside the light that metals leave out, once some of the houses are of glass.
+TEST(PhotonEdges, PhotonMapTellsOfAllThatItLoses) {
+  Scene scene = load_scene("builtin:exterior");
+  scene.materials[1] = Dielectric{.eta = 1.5f};
+  scene.materials.emplace_back(Conductor{.alpha = vec2(0.05f)});
+  const auto left_out = [&](const char* edges) {
+    testing::RenderOptions options;
+    options.resolution = {32, 32};
+    options.iterations = 1;
+    options.params = testing::params_of({{"edges", edges}});
+    return testing::render(scene, "photon-map", options).expectation.left_out;
+  };
+  const std::string metals = left_out("visible"), both = left_out("disc");
+  EXPECT_TRUE(metals.ends_with("vcm brings it")) << metals;
+  EXPECT_TRUE(both.starts_with(metals + "; kernels reach beyond edges")) << both;
+}
+
 TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
   SceneBuilder b("sphere");
   b.quadric(Sphere{vec3(0), 1}, b.material(Diffuse{Rgb(1)}), std::nullopt, true);
