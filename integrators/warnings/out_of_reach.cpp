@@ -13,7 +13,7 @@ namespace etendue {
 
 namespace {
 
-constexpr double few_photons = 1 / 250.0;  // of those emitted, that leave small things out
+constexpr double few_photons = 1 / 200.0;  // of those emitted, that leave small things out
 
 // Is a light so far from what is seen that of photons it sends everywhere one in 14,000 gets there?
 bool has_distant_light(const RenderContext& context) {
