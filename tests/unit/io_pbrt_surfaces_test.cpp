@@ -4,6 +4,8 @@
 #include "framework/io/pbrt/texture_bake.h"
 #include "tests/unit/io_pbrt_helpers.h"
 
+#include <fmt/format.h>
+
 #include <fstream>
 
 namespace etendue {
@@ -244,6 +246,37 @@ TEST(PbrtTextureFields, WhatDependsOnThePlaceIsBakedIntoAnAtlas) {
               1u);
   EXPECT_ERROR(world(planar + "Material \"matte\" \"texture Kd\" \"t\" ObjectBegin \"o\" " + plane + "ObjectEnd"),
                "a texture that depends on the place");
+}
+
+// Checks of 1 m on a square of 2 km, and 2000 of them over (u, v): each texel is the mean of 4 x 4 points in four checks or so.
+TEST(PbrtTextureFields, WhatIsFinerThanTexelsBecomesItsMean) {
+  const std::string finer = "a texture is finer than the texels that it is baked into, which are ";
+  const std::string square =
+      "Shape \"trianglemesh\" \"point3 P\" [-1000 -1000 .5 1000 -1000 .5 1000 1000 .5 -1000 1000 .5] \"integer indices\" "
+      "[0 1 2 0 2 3] \"float uv\" [0 0 1 0 1 1 0 1]\n";
+  const std::string use = " Material \"matte\" \"texture Kd\" \"t\"\n";
+  const Scene solid = world("Texture \"t\" \"color\" \"checkerboard\" \"integer dimension\" 3" + use + square + square);
+  const Object& object = object_of(solid);
+  for (int i = 1; i < 40; ++i) {
+    const uvec3 t = object.geometry.triangles[0];
+    const float x = 0.01f * static_cast<float>(i);
+    const vec2 uv = (1 - 2 * x) * object.uvs[t.x] + 0.7f * x * object.uvs[t.y] + 1.3f * x * object.uvs[t.z];
+    EXPECT_NEAR(reflectance_at(solid, uv).x, 0.5f, 0.25f) << "of " << i;
+  }
+  // The longest leg, from one corner to the opposite one, has 1020 texels.
+  EXPECT_TRUE(warns(solid, "s.pbrt:4:1: Shape \"trianglemesh\": " + finer + "2.77 m apart")) << solid.warnings.back();
+  EXPECT_TRUE(warns(solid, "(and in 1 more places)"));
+  const std::string product = "Texture \"t\" \"color\" \"scale\" \"texture tex1\" \"a\" \"texture tex2\" \"a\"" + use + square;
+  const auto checks = [](int scale) {
+    return fmt::format("Texture \"a\" \"color\" \"checkerboard\" \"float uscale\" {0} \"float vscale\" {0} ", scale);
+  };
+  const Scene over_uv = world(checks(2000) + product);
+  for (int i = 1; i < 40; ++i)
+    EXPECT_NEAR(reflectance_at(over_uv, {0.02f * static_cast<float>(i), 0.63f}).x, 0.5f, 0.25f) << "of " << i;
+  EXPECT_TRUE(warns(over_uv, finer + "0.000978 in (u, v) apart")) << over_uv.warnings.back();
+  const Scene coarse = world(checks(8) + product);
+  EXPECT_FALSE(warns(coarse, finer));
+  expect_near(reflectance_at(coarse, {0.19f, 0.06f}), Rgb(0));
 }
 
 TEST(PbrtTextureFields, AlphaIsAMaskOverUv) {

@@ -82,7 +82,7 @@ std::uint32_t PbrtReader::add_mask(const PbrtParams& params, TriangleMesh& mesh,
     return *alpha->mask;
   }
   const Field opacity = opacity_field(params, alpha);
-  if (!cuts) return baked_over_uv(opacity, Baked::reflectance, mesh);
+  if (!cuts) return baked_over_uv(opacity, Baked::reflectance, mesh, params);
   approximate(params.where(), "an opacity that varies, on a light or with a texture by the place, is not supported",
               "a hole where it is below a half, with edges to a fraction of a triangle");
   cut_away(mesh, opacity_of(opacity));

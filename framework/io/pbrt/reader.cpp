@@ -131,6 +131,8 @@ void PbrtReader::finish() {
   limit_to_direct_light();
   for (const TooBright& texture : too_bright_)
     if (*texture.met) scene_.warnings.push_back(texture.text);
+  for (const LostDetail& lost : lost_details_)
+    scene_.warnings.push_back(lost.more == 0 ? lost.text : fmt::format("{} (and in {} more places)", lost.text, lost.more));
   for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   if (const Bounds bounds = scene_.bounds();

@@ -236,10 +236,13 @@ class PbrtReader {
   void give_uvs_of_quads(TriangleMesh& mesh) const;
   void spread_power(ShapeLook& look, double area, std::size_t shapes) const;
   void spread_power(ShapeLook& look, const TriangleMesh& mesh, const PbrtParams& params, std::size_t shapes);
-  std::uint32_t material_on(TriangleMesh& mesh, const PbrtParams& params);
-  std::uint32_t baked_over_uv(const Field& field, Baked values, const TriangleMesh& mesh);
-  std::uint32_t material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params);
   void instantiate(Definition& definition, const Transform& to_world);
+
+  // baked_materials.cpp
+  std::uint32_t material_on(TriangleMesh& mesh, const PbrtParams& params);
+  std::uint32_t baked_over_uv(const Field& field, Baked values, const TriangleMesh& mesh, const PbrtParams& params);
+  std::uint32_t material_in_atlas(const MaterialEntry& entry, TriangleMesh& mesh, const PbrtParams& params);
+  void tell_of_lost_detail(const Field& field, const PbrtParams& params, const std::string& spacing);
 
   // materials.cpp
   void material(PbrtLexer& lexer, const Token& token);
@@ -373,6 +376,12 @@ class PbrtReader {
     std::shared_ptr<std::atomic<bool>> met;  // by what was baked
   };
   std::vector<TooBright> too_bright_;
+  struct LostDetail {
+    Field field;
+    std::string text;
+    std::uint64_t more = 0;  // shapes
+  };
+  std::vector<LostDetail> lost_details_;
   BakeBudget bake_budget_;
   struct BakedField {
     Field field;
