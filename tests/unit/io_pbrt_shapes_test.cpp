@@ -88,6 +88,22 @@ TEST(PbrtShapes, OrientationFollowsWindingReversalAndHandedness) {
   }
 }
 
+TEST(PbrtShapes, LightsOfVersion3KeepTheSideOfTheirNormals) {
+  const std::string reversed =
+      "WorldBegin ReverseOrientation AreaLightSource \"diffuse\" Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0] ";
+  const std::string normals = "\"normal3 N\" [0 0 -1 0 0 -1 0 0 -1]", told = "pbrt-v3 takes the light of a mesh from the side";
+  const vec3 above(0.25f, 0.25f, 1);
+  const Scene version3 = parse_pbrt("Film \"image\" " + reversed + normals, "s.pbrt");
+  expect_near(normal_below(version3, above), {0, 0, -1});
+  EXPECT_TRUE(warns(version3, told));
+  const Scene version4 = parse_pbrt("Film \"rgb\" " + reversed + normals, "s.pbrt");
+  expect_near(normal_below(version4, above), {0, 0, 1});
+  EXPECT_FALSE(warns(version4, told));
+  const Scene flat = parse_pbrt("Film \"image\" " + reversed, "s.pbrt");
+  expect_near(normal_below(flat, above), {0, 0, -1});
+  EXPECT_FALSE(warns(flat, told)) << "by its winding, as pbrt has it";
+}
+
 TEST(PbrtShapes, NormalsGoByTheInverseTranspose) {
   const Scene scene =
       world("Scale 2 1 1 Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 -1  0 1 0] \"normal3 N\" [1 0 1 1 0 1 1 0 1]");

@@ -227,6 +227,7 @@ class PbrtReader {
   std::uint32_t constant_mask(float opacity);
   // `shapes`: how many pbrt makes of it; 0: one for each triangle.
   void place(TriangleMesh mesh, const PbrtParams& params, const std::string& name, std::size_t shapes = 0);
+  bool keeps_side_of_normals(const TriangleMesh& mesh, const PbrtParams& params, bool is_triangles);
   void place(const Quadric& quadric, const SurfacePatch& patch, const PbrtParams& params);
   // `patch`: where the surface is at (u, v), in the shape's own space; empty of meshes.
   void place_patch(const SurfacePatch& patch, const PbrtParams& params);
