@@ -77,6 +77,46 @@ TEST(PbrtLights, DeltaLights) {
   EXPECT_TRUE(warns(world("LightSource \"point\" \"rgb I\" [0 0 0]"), "is black"));
 }
 
+// A stated power is that of all that the light emits, however dark its image.
+TEST(PbrtLights, PowerOfLightsWithImagesIsThatOfTheWholeLight) {
+  const TestDirectory directory;
+  const auto image = [&](const std::string& size, const std::vector<float>& texel, int count) {
+    std::string bytes;
+    for (int i = 0; i < count; ++i) bytes.append(reinterpret_cast<const char*>(texel.data()), texel.size() * sizeof(float));
+    directory.write("a.pfm", "PF\n" + size + "\n-1.0\n" + bytes);
+  };
+  const auto light = [&](const std::string& film, const std::string& text) {
+    return parse_pbrt(film + " WorldBegin LightSource " + text + " " + triangle, directory.path("s.pbrt"),
+                      {.approximate = true})
+        .lights.at(0);
+  };
+  const auto intensity = [&](const std::string& film, const std::string& params) {
+    return std::get<PointLight>(light(film, "\"goniometric\" " + params)).intensity;
+  };
+  const std::string file = "\"string filename\" \"a.pfm\" ", power = "\"float power\" 100 ";
+  image("2 2", {0.1f, 0.1f, 0.1f}, 4);
+  expect_near(intensity("", file + power), Rgb(100 / (4 * pi)), 1e-3f);
+  expect_near(intensity("", file), Rgb(0.1f));
+  image("2 2", {0.3f, 0.6f, 0}, 4);
+  expect_near(intensity("", file), Rgb(0.3f));
+  expect_near(intensity("Film \"image\"", "\"string mapname\" \"a.pfm\""), {0.3f, 0.6f, 0});
+  image("2 1", {0.2f, 0.2f, 0.2f}, 2);
+  const auto wide = std::get<SpotLight>(light("", "\"projection\" " + file + "\"float power\" 3"));
+  const float solid_angle = 4 * std::asin(2 / std::sqrt(10.0f));  // of a rectangle of half sides 2 and 1 at distance 1
+  expect_near(wide.intensity, Rgb(3 / solid_angle), 1e-3f);
+  EXPECT_NEAR(wide.cos_inner, 1 - solid_angle / (2 * pi), 1e-4f);
+}
+
+TEST(PbrtLights, ProjectionsSpanTheirVersionsAngle) {
+  const auto cosine = [](const std::string& film) {
+    const Scene scene =
+        parse_pbrt(film + " WorldBegin LightSource \"projection\" " + triangle, "s.pbrt", {.approximate = true});
+    return std::get<SpotLight>(scene.lights.at(0)).cos_inner;
+  };
+  EXPECT_NEAR(cosine("Film \"rgb\""), 2.0f / 3, 1e-4f) << "90 degrees: a face of a cube";
+  EXPECT_NEAR(cosine("Film \"image\""), 1 - 2 / pi * std::asin(0.1464466f), 1e-4f) << "45 degrees";
+}
+
 TEST(PbrtLights, NarrowSpotsHaveTheFadingOfFiveDegrees) {
   const auto spot = [](const std::string& film, const std::string& angle) {
     return parse_pbrt(film + " WorldBegin LightSource \"spot\" \"float coneangle\" " + angle + " " + triangle, "s.pbrt");

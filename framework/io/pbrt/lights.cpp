@@ -19,6 +19,12 @@ vec3 placed(const PbrtParams& params, const Transform& t, const vec3& from) {
   return position;
 }
 
+// The mean of an image as a factor of a light, which a stated power makes one of luminance 1, as pbrt-v4 divides by the image.
+Rgb of_stated_power(const PbrtParams& params, const Rgb& mean) {
+  const float brightness = luminance(mean);
+  return params.number("power", -1) > 0 && brightness > 0 ? mean / brightness : mean;
+}
+
 // The factor that scales all that the light emits.
 Rgb emission(const Light& light) {
   struct Visitor {
@@ -143,11 +149,11 @@ Light PbrtReader::point_light(const PbrtParams& params) const {
                     .intensity = emitted(params, "I", "power", 4 * pi)};
 }
 
-// The mean of an image that says where light goes: over the sphere, by the rows' solid angle, or over a square.
-Rgb PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere) {
+// An image that says where light goes has its mean over the sphere, by the rows' solid angle, or over a square.
+PbrtReader::MeanImage PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere) {
   const std::string_view param = params.has("mapname") ? "mapname" : "filename";
   const std::string file = params.string(param, "");
-  if (file.empty()) return Rgb(1);
+  if (file.empty()) return {};
   const RgbImage image = image_file_of_light(lexer, params, param);
   const bool by_rows = sphere && image.size.x != image.size.y;
   dvec3 sum(0);
@@ -158,28 +164,33 @@ Rgb PbrtReader::mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool s
       sum += weight * dvec3(image.texels[static_cast<std::size_t>(y) * image.size.x + static_cast<std::size_t>(x)]);
     weights += weight * image.size.x;
   }
-  return glm::max(Rgb(sum / weights), Rgb(0));
+  return {glm::max(Rgb(sum / weights), Rgb(0)), image.size};
 }
 
 Light PbrtReader::goniometric_light(PbrtLexer& lexer, const PbrtParams& params) {
   approximate(params.where(), "LightSource \"goniometric\": lights have no image",
               "a point light of the same power, the same in all directions");
   params.ignore({"fov"});
+  Rgb mean = mean_of_image(lexer, params, true).colour;
+  if (!version3_) mean = Rgb(mean_component(mean));  // version 4 reads numbers
   return PointLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
-                    .intensity = emitted(params, "I", "power", 4 * pi) * mean_of_image(lexer, params, true)};
+                    .intensity = emitted(params, "I", "power", 4 * pi) * of_stated_power(params, mean)};
 }
 
-// A cone over the same solid angle as the square that the image covers.
+// A cone over the same solid angle as the rectangle that the image covers, whose shorter side 'fov' spans.
 Light PbrtReader::projection_light(PbrtLexer& lexer, const PbrtParams& params) {
   approximate(params.where(), "LightSource \"projection\": lights have no image",
               "a spot of its mean colour over the same solid angle");
-  const float half = math::tan(0.5f * params.number("fov", 45, 2 * narrowest_spot, 170) * degrees);
-  const float solid_angle = 4 * math::asin(half * half / (1 + half * half));
+  const MeanImage mean = mean_of_image(lexer, params, false);
+  const float half = math::tan(0.5f * params.number("fov", version3_ ? 45 : 90, 2 * narrowest_spot, 170) * degrees);
+  const vec2 halves = half * vec2(mean.size) / static_cast<float>(std::min(mean.size.x, mean.size.y));
+  const vec2 sines = halves / glm::sqrt(1.0f + halves * halves);
+  const float solid_angle = 4 * math::asin(sines.x * sines.y);
   const float cosine = std::clamp(1 - solid_angle / (2 * pi), -0.99f, 0.9999999f);
   const float power_of_unit = 2 * pi * (1 - cosine);
   return SpotLight{.position = placed(params, ctm(), params.point("from", vec3(0))),
                    .direction = unit_direction(params, ctm(), vec3(0), {0, 0, 1}),
-                   .intensity = emitted(params, "I", "power", power_of_unit) * mean_of_image(lexer, params, false),
+                   .intensity = emitted(params, "I", "power", power_of_unit) * of_stated_power(params, mean.colour),
                    .cos_outer = cosine - 1e-4f * (1 - cosine),
                    .cos_inner = cosine};
 }

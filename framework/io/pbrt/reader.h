@@ -330,7 +330,11 @@ class PbrtReader {
   Light infinite_light(PbrtLexer& lexer, const PbrtParams& params);
   Light goniometric_light(PbrtLexer& lexer, const PbrtParams& params);
   Light projection_light(PbrtLexer& lexer, const PbrtParams& params);
-  Rgb mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere);
+  struct MeanImage {
+    Rgb colour{1};
+    ivec2 size{1};
+  };
+  MeanImage mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere);
 
   // Helpers of all of them.
   std::string expect_string(PbrtLexer& lexer, const std::string& what) const;

@@ -95,8 +95,8 @@ constexpr PbrtSupport supported[] = {
     {"LightSource", "spot", "as it is; power; under a transform that distorts approximated: a round cone"},
     {"LightSource", "distant", "as it is; illuminance"},
     {"LightSource", "infinite", "constant, equirectangular or octahedral; a portal approximated: light from everywhere"},
-    {"LightSource", "goniometric", "approximated: a point light of the same power"},
-    {"LightSource", "projection", "approximated: a spot over the same solid angle"},
+    {"LightSource", "goniometric", "approximated: a point light of the same power; power"},
+    {"LightSource", "projection", "approximated: a spot over the same solid angle; power"},
     {"AreaLightSource", "diffuse", "as it is, with filename; on shapes of an object approximated: none, as in pbrt"},
     {"AreaLightSource", "area", "like diffuse"},
 };
