@@ -8,6 +8,8 @@ Scene with(const std::string& directives) {
   return parse_pbrt("Camera \"perspective\"\n" + directives + "\nWorldBegin\nLightSource \"point\"\n" + triangle, "s.pbrt");
 }
 
+const std::string of_some_depth = "Integrator \"path\" \"integer maxdepth\" 7 ";  // of which nothing is warned
+
 TEST(PbrtRendering, MisspeltNamesAreErrors) {
   EXPECT_ERROR(with("Integrator \"patth\" \"integer maxdepth\" 1"),
                "s.pbrt:2:12: unknown integrator 'patth'; did you mean 'path'");
@@ -56,12 +58,14 @@ TEST(PbrtRendering, PbrtsOwnAreAccepted) {
         "Accelerator \"bvh\" \"string splitmethod\" \"sah\"", "Accelerator \"kdtree\" \"float emptybonus\" 0.5",
         "PixelFilter \"box\" \"float xradius\" 0.5", "Option \"bool disablepixeljitter\" false"}) {
     Scene scene;
-    ASSERT_EQ(error_of([&] { scene = with(accepted); }), "") << accepted;
+    ASSERT_EQ(error_of([&] { scene = with(of_some_depth + accepted); }), "") << accepted;
     EXPECT_TRUE(scene.warnings.empty()) << accepted << ": " << scene.warnings.front();
   }
   EXPECT_EQ(with("Integrator \"path\" \"integer maxdepth\" 7").max_depth, 7);
   const std::string unsaid = "without 'maxdepth' pbrt ends paths after 5";
   EXPECT_TRUE(warns(with("Integrator \"volpath\""), unsaid));
+  EXPECT_TRUE(warns(with(""), "s.pbrt: without an Integrator pbrt ends paths after 5"));
+  EXPECT_FALSE(warns(with("Integrator \"volpath\""), "without an Integrator"));
   EXPECT_FALSE(warns(with("Integrator \"volpath\" Integrator \"path\" \"integer maxdepth\" 7"), unsaid));
 }
 
@@ -70,7 +74,7 @@ TEST(PbrtRendering, OptionsHaveANameAndAValue) {
        {"Option \"disablepixeljitter\" false", "Option \"disable-texture-filtering\" true", "Option \"seed\" 3",
         "Option \"mseReferenceImage\" \"a.exr\"", "Option \"displacementedgescale\" 0.5", "Option \"forcediffuse\" false"}) {
     Scene scene;
-    ASSERT_EQ(error_of([&] { scene = with(accepted); }), "") << accepted;
+    ASSERT_EQ(error_of([&] { scene = with(of_some_depth + accepted); }), "") << accepted;
     EXPECT_TRUE(scene.warnings.empty()) << accepted << ": " << scene.warnings.front();
   }
   EXPECT_TRUE(warns(with("Option \"disablepixeljitter\" true"), "s.pbrt:2:8: Option: 'disablepixeljitter' has no effect"));

@@ -369,6 +369,7 @@ class PbrtReader {
   };
   std::optional<DirectOnly> direct_only_;   // where an integrator shows no other light
   std::optional<Location> of_pbrts_depth_;  // an integrator that states none
+  bool has_integrator_ = false;
   std::optional<FilterShape> filter_;
   glm::bvec2 filter_by_version_{false};  // its radius is that of a Gaussian in the file's version, which the film tells
   std::optional<CameraEntry> camera_;

@@ -103,6 +103,7 @@ void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
   const std::string type = expect_string(lexer, "Integrator");
   const Known& known = find_known(integrators, "integrator", type, where);
   const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  has_integrator_ = true;
   scene_.max_depth.reset();  // of an earlier integrator
   for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool changes_image) {
     params.accept(name, kind);
@@ -126,9 +127,9 @@ void PbrtReader::warn_of_part(const Location& where, const std::string& type) {
 
 // Light that is scattered once is all that such an integrator shows where nothing is specular: it follows what is.
 void PbrtReader::limit_to_direct_light() {
-  if (of_pbrts_depth_)
-    warn(*of_pbrts_depth_,
-         "Integrator: without 'maxdepth' pbrt ends paths after 5 scattering events; here after 64, or as max_depth says");
+  constexpr std::string_view depth = "pbrt ends paths after 5 scattering events; here after 64, or as max_depth says";
+  if (!has_integrator_) warn({files_.first_file()}, fmt::format("without an Integrator {}", depth));
+  if (of_pbrts_depth_) warn(*of_pbrts_depth_, fmt::format("Integrator: without 'maxdepth' {}", depth));
   if (!direct_only_) return;
   const auto& materials = scene_.materials;
   if (std::any_of(materials.begin(), materials.end(), [](const Material& m) { return has_specular(m); }))
