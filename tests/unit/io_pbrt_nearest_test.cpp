@@ -128,6 +128,8 @@ TEST(PbrtNearest, ThinLayeredAndTransmittingSurfaces) {
 TEST(PbrtNearest, MaterialsThatAreFarFromOursHaveTheirAlbedo) {
   const Plastic skin = approximate_material_of<Plastic>("Material \"subsurface\" \"string name\" \"Skin1\"");
   EXPECT_GT(skin.reflectance.constant.x, 1.2f * skin.reflectance.constant.z);
+  EXPECT_FLOAT_EQ(skin.coat.eta(), 1.33f) << "of skin, not of glass";
+  EXPECT_FLOAT_EQ(approximate_material_of<Plastic>("Material \"kdsubsurface\"").coat.eta(), 1.33f);
   for (const char* far : {"hair", "measured", "fourier"}) {
     EXPECT_ERROR(world("Material \"" + std::string(far) + "\" \"string filename\" \"x\""),
                  "is not supported; --approximate takes a diffuse");

@@ -52,7 +52,7 @@ float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, boo
 // What is as dense as its surroundings refracts nothing, rough or not.
 float smooth_where_even(float alpha, float eta) { return std::abs(eta - 1) < 1e-3f ? 0 : alpha; }
 
-float PbrtReader::refractive_index(const PbrtParams& params, float least) {
+float PbrtReader::refractive_index(const PbrtParams& params, float least, float otherwise) {
   std::vector<std::string> names;
   if (const auto name = params.named_spectrum("eta")) {
     for (const GlassIndex& glass : glasses()) {
@@ -64,7 +64,7 @@ float PbrtReader::refractive_index(const PbrtParams& params, float least) {
     }
     throw Error(params.where("eta"), fmt::format("{}: {}", params.owner(), unknown_name("glass", *name, names)));
   }
-  return number(params, "eta", number(params, "index", 1.5f, least, 10), least, 10);
+  return number(params, "eta", number(params, "index", otherwise, least, 10), least, 10);
 }
 
 // A rough diffuse surface of version 3 ([OrenNayar1994]) has this share of the albedo of a smooth one: the mean of the model's

@@ -296,7 +296,7 @@ Material PbrtReader::make_subsurface(const PbrtParams& params, bool by_colour, M
   absorption = coefficient("sigma_a", absorption);
   const std::string_view albedo = by_colour ? "Kd" : "reflectance";
   Plastic plastic;
-  plastic.coat = refractive_index(params, 1.0001f);
+  plastic.coat = refractive_index(params, 1.0001f, 1.33f);
   plastic.alpha = isotropic_alpha(params, 0, by_colour || version3_, RoughnessBy::axis);
   plastic.reflectance = textured_colour(params, albedo, by_colour ? Rgb(0.5f) : dipole_reflectance(scattering, absorption),
                                         entry, [coat = plastic.coat](const Rgb& bare) { return albedo_under(coat, bare); });

@@ -261,7 +261,7 @@ class PbrtReader {
   enum class RoughnessBy : std::uint8_t { any, axis, one };
   vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by = RoughnessBy::any);
   float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by = RoughnessBy::any);
-  float refractive_index(const PbrtParams& params, float least);
+  float refractive_index(const PbrtParams& params, float least, float otherwise = 1.5f);
 
   // nearest_materials.cpp: what has no exact equal
   using ColourMap = std::function<Rgb(const Rgb&)>;
