@@ -229,6 +229,37 @@ TEST(Pbrt, UnreadParametersAreErrors) {
   EXPECT_ERROR(world("Shape \"sphere\" \"float radius\" -1"), "'radius' is -1; expected");
 }
 
+// pbrt-v3 only warns of them.
+TEST(Pbrt, UnreadParametersOfVersion3AreWarnedOfUnlessMisspelt) {
+  const auto read = [](const std::string& text, bool approximate = false) {
+    return parse_pbrt("Film \"image\"\nWorldBegin\n" + text, "s.pbrt", {.approximate = approximate});
+  };
+  const std::string left_over = "Material \"matte\" \"rgb Kd\" [.1 .2 .3]\n  \"rgb Ks\" [1 1 1] ";
+  const Scene matte = read(left_over + triangle);
+  EXPECT_TRUE(warns(matte, "s.pbrt:4:3: Material \"matte\": 'Ks' has no effect, as in pbrt-v3"));
+  expect_near(std::get<Diffuse>(matte.materials.at(0)).reflectance.constant, {0.1f, 0.2f, 0.3f});
+  EXPECT_TRUE(warns(read("Shape \"sphere\" \"integer udiv\" 4"), "'udiv' has no effect, as in pbrt-v3"));
+  EXPECT_ERROR(read("Shape \"sphere\" \"float radios\" 1"), "unknown parameter 'radios'; did you mean 'radius'");
+  EXPECT_ERROR(world(left_over + triangle), "unknown parameter 'Ks'");
+  const Scene light = read("LightSource \"point\" \"float power\" 100 " + triangle);
+  EXPECT_TRUE(warns(light, "'power' has no effect, as in pbrt-v3"));
+  expect_near(std::get<PointLight>(light.lights.at(0)).intensity, Rgb(1));
+  const std::string own = "Material \"matte\" Shape \"sphere\" \"rgb Kd\" [1 0 0]";
+  EXPECT_ERROR(read(own),
+               "s.pbrt:3:33: Shape \"sphere\": 'Kd' changes the material for this shape alone in pbrt-v3, which is not");
+  EXPECT_TRUE(warns(read(own, true), "'Kd' changes the material for this shape alone"));
+  EXPECT_ERROR(world(own), "unknown parameter 'Kd'");
+}
+
+TEST(Pbrt, IntegersThatVersion3DoesNotTakeForFloatsAreTold) {
+  const std::string rest = " Camera \"perspective\" \"integer fov\" 40 WorldBegin " + triangle;
+  const std::string told = "Camera \"perspective\": 'fov' is an integer, which counts here; pbrt-v3 expects a float";
+  const Scene version3 = parse_pbrt("Film \"image\"" + rest, "s.pbrt");
+  EXPECT_NEAR(version3.camera.fov, 40 * pi / 180, 1e-6);
+  EXPECT_TRUE(warns(version3, told));
+  EXPECT_FALSE(warns(parse_pbrt("Film \"rgb\"" + rest, "s.pbrt"), told));
+}
+
 TEST(Pbrt, UnsupportedThingsAreNamed) {
   EXPECT_ERROR(world("Shape \"torus\""), "s.pbrt:3:7: unknown shape 'torus'; available: trianglemesh plymesh");
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" 0.5"), "a light that is half transparent");

@@ -83,12 +83,12 @@ std::vector<std::string> spectrum_names(ColourUse use) {
 
 }  // namespace
 
-Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use, bool version3) const {
+Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
   const bool is_file = param.strings.size() == 1 && param.numbers.empty() && param.strings[0].find('.') != std::string::npos;
   const SceneFiles::File file = is_file ? files_->read(param.strings[0], *file_, where(param.name)) : SceneFiles::File{};
   try {
-    if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use, version3);
-    if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use, version3);
+    if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use, version3_);
+    if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use, version3_);
     if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
     const std::string& name = param.strings[0];
     if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
@@ -113,18 +113,18 @@ Rgb PbrtParams::blackbody_colour(const PbrtParam& param, ColourUse use) const {
   return n.size() == 1 ? blackbody_rgb(n[0]) : static_cast<float>(n[1]) * blackbody_rgb_of_unit_peak(n[0]);
 }
 
-std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use, bool version3) const {
+std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) const {
   const PbrtParam* param =
       find_typed(name, {"rgb", "xyz", "float", "integer", "blackbody", "spectrum"}, "rgb, float, blackbody or spectrum");
   if (!param) return std::nullopt;
-  if (version3 && use != ColourUse::factor && is_number(name)) {
+  if (version3_ && use != ColourUse::factor && is_number(name)) {
     files_->warn(where(name), fmt::format("{}: '{}' has no effect, as in pbrt-v3, which expects a colour", owner_, name));
     return std::nullopt;
   }
   Rgb colour;
   if (param->type == "spectrum") {
-    colour = spectrum_colour(*param, use, version3);
-    if (use == ColourUse::reflectance && version3 && max_component(colour) > 1) {
+    colour = spectrum_colour(*param, use);
+    if (use == ColourUse::reflectance && version3_ && max_component(colour) > 1) {
       files_->warn(where(name), fmt::format("'{}' is {:.4g} in a channel, under light of equal energy: clamped to 1", name,
                                             max_component(colour)));
       colour = glm::min(colour, Rgb(1));
@@ -137,6 +137,7 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use, bool
     if (param->type == "xyz") colour = Rgb(glm::max(xyz_to_rgb(dvec3(colour)), dvec3(0)));
   } else {
     colour = Rgb(static_cast<float>(single(*param)));
+    param->widened = param->type == "integer";
   }
   // Metals have indices of hundreds at most, in the far infrared.
   const float most = use == ColourUse::reflectance ? 1 : may_be_index(use) ? 1000 : 1e30f;

@@ -65,7 +65,7 @@ Rgb PbrtReader::emitted(const PbrtParams& params, std::string_view name, std::st
   for (const std::string_view other : {"power", "illuminance"})
     if (other != photometric) params.reject(other, fmt::format("give the light's '{}' itself", name));
   const float power = params.number(photometric, -1);
-  const auto colour = [&](std::string_view of) { return params.colour(of, ColourUse::light, version3_).value_or(Rgb(1)); };
+  const auto colour = [&](std::string_view of) { return params.colour(of, ColourUse::light).value_or(Rgb(1)); };
   const Rgb value = colour(name) * colour("scale") * (power > 0 ? power / power_of_unit : 1.0f);
   if (!is_finite(value)) params.fail(name, "times 'scale' leaves the range of single precision");
   if (max_component(value) > brightest)
@@ -77,8 +77,10 @@ void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "AreaLightSource");
   require_known("AreaLightSource", "area light", type, where);
-  PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   params.add_defaults(attributes_.defaults["light"]);
+  if (version3_)
+    for (const char* name : {"power", "illuminance"}) params.drop(name, "which knows none");
   Rgb radiance = emitted(params, "L", "power");
   const std::uint32_t texture = params.has("filename") ? image_of_light(lexer, params, radiance) : no_id;
   attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false), texture};
@@ -118,8 +120,10 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "LightSource");
   require_known("LightSource", "light", type, where);
-  PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   params.add_defaults(attributes_.defaults["light"]);
+  if (version3_)
+    for (const char* name : {"power", "illuminance"}) params.drop(name, "which knows none");
   std::optional<Light> light;
   if (type == "point")
     light = point_light(params);

@@ -88,8 +88,8 @@ Material PbrtReader::make_conductor(const PbrtParams& params, bool version3) {
   // pbrt-v3 integrates the index of its copper like any spectrum.
   const MetalIndex copper =
       version3 ? MetalIndex{"Cu", {0.200438f, 0.924033f, 1.102212f}, {3.912949f, 2.452848f, 2.142188f}} : metals()[3];
-  conductor.eta = params.colour("eta", ColourUse::index, version3_).value_or(copper.eta);
-  conductor.k = params.colour("k", ColourUse::index, version3_).value_or(copper.k);
+  conductor.eta = params.colour("eta", ColourUse::index).value_or(copper.eta);
+  conductor.k = params.colour("k", ColourUse::index).value_or(copper.k);
   if (!version3 && params.has("reflectance")) {
     if (params.has("eta") || params.has("k")) params.fail("reflectance", "cannot stand beside eta and k");
     // The index that has this reflectance at normal incidence with a real part of 1, as pbrt-v4 chooses it.
@@ -223,7 +223,7 @@ PbrtReader::MaterialEntry PbrtReader::make_material(const std::string& type, con
 void PbrtReader::material(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Material");
-  PbrtParams params(lexer, titled(token.text, type), where);
+  PbrtParams params(lexer, titled(token.text, type), where, version3_);
   params.add_defaults(attributes_.defaults["material"]);
   materials_.push_back(make_material(type, params));
   attributes_.material = static_cast<std::uint32_t>(materials_.size() - 1);
@@ -232,7 +232,7 @@ void PbrtReader::material(PbrtLexer& lexer, const Token& token) {
 void PbrtReader::make_named_material(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string name = expect_string(lexer, "MakeNamedMaterial");
-  PbrtParams params(lexer, titled(token.text, name), where);
+  PbrtParams params(lexer, titled(token.text, name), where, version3_);
   params.add_defaults(attributes_.defaults["material"]);
   if (!params.has("type")) params.fail("type", "is missing: the kind of material");
   materials_.push_back(make_material(params.string("type", ""), params));

@@ -268,8 +268,8 @@ Material PbrtReader::make_coated_conductor(const PbrtParams& params) {
   Rgb base = colour(params, "reflectance", Rgb(0), ColourUse::reflectance);
   if (!params.has("reflectance")) {
     Conductor metal;
-    metal.eta = params.colour("conductor.eta", ColourUse::index, version3_).value_or(metals()[3].eta) / eta;
-    metal.k = params.colour("conductor.k", ColourUse::index, version3_).value_or(metals()[3].k) / eta;
+    metal.eta = params.colour("conductor.eta", ColourUse::index).value_or(metals()[3].eta) / eta;
+    metal.k = params.colour("conductor.k", ColourUse::index).value_or(metals()[3].k) / eta;
     base = metal_reflectance(metal);
   }
   const float coat = normal_reflectance(eta);
@@ -290,7 +290,7 @@ Material PbrtReader::make_subsurface(const PbrtParams& params, bool by_colour, M
       absorption = {m[3], m[4], m[5]};
     }
   const auto coefficient = [&](const char* key, const Rgb& otherwise) {
-    return params.texture(key) ? otherwise : params.colour(key, ColourUse::light, version3_).value_or(otherwise);
+    return params.texture(key) ? otherwise : params.colour(key, ColourUse::light).value_or(otherwise);
   };
   scattering = coefficient("sigma_prime_s", coefficient("sigma_s", scattering));
   absorption = coefficient("sigma_a", absorption);

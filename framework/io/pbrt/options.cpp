@@ -45,7 +45,7 @@ void PbrtReader::camera(PbrtLexer& lexer, const Token& token) {
   const std::string type = expect_string(lexer, "Camera");
   const bool spherical = type == "spherical" || type == "environment";
   require_known("Camera", "camera", type, where);
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   Camera& camera = scene_.camera;
   camera.to_world = ctm().inverse();
   if (!within_reach(camera.to_world.point(vec3(0))))
@@ -154,8 +154,8 @@ void PbrtReader::film(PbrtLexer& lexer, const Token& token) {
   const std::string type = expect_string(lexer, "Film");
   if (type != "image" && type != "rgb" && type != "gbuffer" && type != "spectral")
     fail_unknown(where, "film", type, {"rgb", "image", "gbuffer", "spectral"});
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
   version3_ = type == "image";
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   scene_.resolution = {params.integer("xresolution", default_resolution.x, 1, 65536),
                        params.integer("yresolution", default_resolution.y, 1, 65536)};
   read_exposure(params);
@@ -241,7 +241,7 @@ void PbrtReader::color_space(PbrtLexer& lexer, const Token&) {
 void PbrtReader::option(PbrtLexer& lexer, const Token& token) {
   if (const Token name = lexer.peek(); name.kind == TokenKind::string && name.text.find(' ') == std::string_view::npos)
     return untyped_option(lexer);
-  const PbrtParams params(lexer, "Option", lexer.where(token));
+  const PbrtParams params(lexer, "Option", lexer.where(token), version3_);
   for (const auto& [name, is_boolean] : known_options)
     if (is_boolean && params.boolean(name, false))
       set_option(name, params.where(name));

@@ -66,8 +66,16 @@ void add_value(const PbrtLexer& lexer, const Token& token, ValueKind kind, PbrtP
 
 }  // namespace
 
-PbrtParams::PbrtParams(PbrtLexer& lexer, std::string owner, const Location& where)
-    : owner_(std::move(owner)), where_(where), file_(lexer.file()), files_(&lexer.files()) {
+bool is_of_material_in_version3(std::string_view name) {
+  constexpr std::string_view names =
+      " Kd Ks Kr Kt sigma roughness uroughness vroughness remaproughness index eta k opacity reflect transmit bumpmap amount "
+      "mfp sigma_a sigma_s color metallic speculartint anisotropic sheen sheentint clearcoat clearcoatgloss spectrans "
+      "scatterdistance flatness difftrans eumelanin pheomelanin beta_m beta_n bsdffile ";
+  return names.find(fmt::format(" {} ", name)) != std::string_view::npos;
+}
+
+PbrtParams::PbrtParams(PbrtLexer& lexer, std::string owner, const Location& where, bool version3)
+    : owner_(std::move(owner)), where_(where), file_(lexer.file()), files_(&lexer.files()), version3_(version3) {
   while (lexer.peek().kind == TokenKind::string) read(lexer);
 }
 
@@ -160,6 +168,7 @@ float PbrtParams::number(std::string_view name, float otherwise, float low, floa
   if (!param) return otherwise;
   const auto value = static_cast<float>(single(*param));
   if (!(value >= low && value <= high)) fail(name, fmt::format("is {}; expected {} to {}", value, low, high));
+  param->widened = param->type == "integer";
   return value;
 }
 
@@ -213,7 +222,9 @@ vec3 PbrtParams::point(std::string_view name, const vec3& otherwise) const {
 
 std::vector<float> PbrtParams::numbers(std::string_view name) const {
   const PbrtParam* param = find_typed(name, {"float", "integer"}, "float");
-  return param ? std::vector<float>(param->numbers.begin(), param->numbers.end()) : std::vector<float>();
+  if (!param) return {};
+  param->widened = param->type == "integer";
+  return {param->numbers.begin(), param->numbers.end()};
 }
 
 std::vector<int> PbrtParams::integers(std::string_view name) const {
@@ -281,10 +292,18 @@ void PbrtParams::accept(std::string_view name, std::string_view type) const {
 }
 
 void PbrtParams::finish() const {
-  for (const PbrtParam& param : params_)
-    if (!param.used)
-      throw Error({*file_, param.line, param.column},
-                  fmt::format("{}: {}", owner_, unknown_name("parameter", param.name, understood_)));
+  for (const PbrtParam& param : params_) {
+    const Location at{*file_, param.line, param.column};
+    if (version3_ && param.widened)
+      files_->warn(at, fmt::format("{}: '{}' is an integer, which counts here; pbrt-v3 expects a float and takes its default",
+                                   owner_, param.name));
+    if (param.used) continue;
+    const bool is_foreign = is_of_material_in_version3(param.name) || nearest_names(param.name, understood_, 1).empty();
+    if (!version3_ || !is_foreign)
+      throw Error(at, fmt::format("{}: {}", owner_, unknown_name("parameter", param.name, understood_)));
+    files_->warn(at, fmt::format("{}: '{}' has no effect, as in pbrt-v3, which does not know it here", owner_,
+                                 param.name.substr(0, 80)));
+  }
 }
 
 }  // namespace etendue

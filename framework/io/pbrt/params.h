@@ -1,6 +1,7 @@
 // The typed parameters of one pbrt directive: "type name" value, "type name" [ values ].
 //
-// Reading a parameter marks it. `finish` throws on what nobody read, so that no parameter is ignored in silence.
+// Reading a parameter marks it. `finish` throws on what nobody read, or warns where pbrt-v3 would, so that no parameter is
+// ignored in silence.
 #pragma once
 
 #include "framework/core/vec.h"
@@ -20,6 +21,7 @@ struct PbrtParam {
   std::vector<std::string> strings;
   int line = 0, column = 0;
   mutable bool used = false;
+  mutable bool widened = false;  // an integer that was read as a float
 };
 // No directive has a tenth of as many. Each is compared with each, which would take minutes for a hundred thousand.
 inline constexpr std::size_t most_params = 1000;
@@ -33,7 +35,8 @@ enum class ColourUse : std::uint8_t { reflectance, factor, index, light };
 class PbrtParams {
  public:
   // Reads parameters up to the next token that begins none. `owner` is the directive as messages name it: Shape "sphere".
-  PbrtParams(PbrtLexer& lexer, std::string owner, const Location& where);
+  // `version3`: numbers and spectra mean what they do in pbrt-v3.
+  PbrtParams(PbrtLexer& lexer, std::string owner, const Location& where, bool version3);
 
   const std::string& owner() const { return owner_; }
   const Location& where() const { return where_; }
@@ -51,8 +54,7 @@ class PbrtParams {
   std::vector<int> integers(std::string_view name) const;
   std::vector<vec2> points2(std::string_view name) const;  // point2, vector2 or pairs of float
   std::vector<vec3> points3(std::string_view name) const;  // point3, vector3 or normal3
-  // `version3`: spectra mean what they do in pbrt-v3.
-  std::optional<Rgb> colour(std::string_view name, ColourUse use, bool version3) const;
+  std::optional<Rgb> colour(std::string_view name, ColourUse use) const;
   std::vector<std::string> strings(std::string_view name) const;
   // The name in a parameter of type "texture".
   std::optional<std::string> texture(std::string_view name) const;
@@ -73,6 +75,7 @@ class PbrtParams {
   // Those that are not given, from an earlier Attribute.
   void add_defaults(const PbrtDefaults& defaults);
   const std::vector<PbrtParam>& all() const { return params_; }
+  // Throws Error on what was not read. In version 3 that is a warning, as in pbrt-v3, unless it looks like a misspelling.
   void finish() const;
   [[noreturn]] void fail(std::string_view name, const std::string& what) const;
 
@@ -83,15 +86,19 @@ class PbrtParams {
   const PbrtParam* find_typed(std::string_view name, std::initializer_list<std::string_view> types,
                               std::string_view expected) const;
   double single(const PbrtParam& param) const;
-  Rgb spectrum_colour(const PbrtParam& param, ColourUse use, bool version3) const;
+  Rgb spectrum_colour(const PbrtParam& param, ColourUse use) const;
   Rgb blackbody_colour(const PbrtParam& param, ColourUse use) const;
 
   std::string owner_;
   Location where_;
   std::shared_ptr<const std::string> file_;
   SceneFiles* files_;
+  bool version3_;
   std::vector<PbrtParam> params_;
   mutable std::vector<std::string> understood_;
 };
+
+// Does a material of pbrt-v3 know the parameter? There a shape's own parameters come before those of its material.
+bool is_of_material_in_version3(std::string_view name);
 
 }  // namespace etendue

@@ -151,7 +151,7 @@ void PbrtReader::attribute(PbrtLexer& lexer, const Token& token) {
   const std::vector<std::string> targets{"shape", "light", "material", "medium", "texture"};
   if (std::find(targets.begin(), targets.end(), target) == targets.end())
     throw Error(where, unknown_name("target of Attribute", target, targets));
-  const PbrtParams params(lexer, titled(token.text, target), lexer.where(token));
+  const PbrtParams params(lexer, titled(token.text, target), lexer.where(token), version3_);
   PbrtDefaults& defaults = attributes_.defaults[target];
   for (const PbrtParam& param : params.all()) {
     std::erase_if(defaults, [&](const auto& other) { return other->name == param.name; });
@@ -171,7 +171,7 @@ constexpr std::string_view vacuum = "vacuum: nothing scatters or absorbs between
 void PbrtReader::named_medium(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(token);
   const std::string name = expect_string(lexer, "MakeNamedMedium");
-  const PbrtParams params(lexer, titled(token.text, name), where);
+  const PbrtParams params(lexer, titled(token.text, name), where, version3_);
   approximate(where, fmt::format("MakeNamedMedium is not supported: {}", no_media), std::string(vacuum));
 }
 

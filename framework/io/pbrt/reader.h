@@ -210,6 +210,7 @@ class PbrtReader {
   void object_begin(PbrtLexer& lexer, const Token& token);
   void object_end(PbrtLexer& lexer, const Token& token);
   void object_instance(PbrtLexer& lexer, const Token& token);
+  void take_no_material_from(const PbrtParams& params);
   void quadric(const PbrtQuadric& quadric, const PbrtParams& params);
   TriangleMesh triangle_mesh(const PbrtParams& params);
   void mesh_file(PbrtLexer& lexer, const PbrtParams& params);

@@ -102,7 +102,7 @@ void PbrtReader::integrator(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Integrator");
   const Known& known = find_known(integrators, "integrator", type, where);
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   has_integrator_ = true;
   scene_.max_depth.reset();  // of an earlier integrator
   for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool changes_image) {
@@ -146,7 +146,7 @@ void PbrtReader::accept_known(PbrtLexer& lexer, const Token& token, std::string_
   const std::string type = expect_string(lexer, std::string(token.text));
   const Known& known =
       kind == "sampler" ? find_known(samplers, kind, type, where) : find_known(accelerators, kind, type, where);
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   for_known(known.parameters, [&](std::string_view of, std::string_view name, bool) { params.accept(name, of); });
   params.finish();
 }
@@ -155,7 +155,7 @@ void PbrtReader::pixel_filter(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "PixelFilter");
   const Known& known = find_known(filters, "pixel filter", type, where);
-  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  const PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   for_known(known.parameters, [&](std::string_view kind, std::string_view name, bool) { params.accept(name, kind); });
   constexpr float least = 0.01f, most = 32;
   FilterShape shape = named_filter(type);

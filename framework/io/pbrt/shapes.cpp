@@ -67,7 +67,7 @@ void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Shape");
   require_known("Shape", "shape", type, where);
-  PbrtParams params(lexer, titled(token.text, type), lexer.where(token));
+  PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   params.add_defaults(attributes_.defaults["shape"]);
   if (version3_ && type != "trianglemesh" && type != "plymesh")
     for (const char* name : {"alpha", "shadowalpha"}) params.drop(name, "which knows it of trianglemesh and plymesh alone");
@@ -88,7 +88,22 @@ void PbrtReader::shape(PbrtLexer& lexer, const Token& token) {
   else
     quadric(*read_quadric(type, params), params);
   params.ignore({"alpha", "shadowalpha"});
+  take_no_material_from(params);
   params.finish();
+}
+
+// In pbrt-v3 a shape may give parameters of its material, which come before the material's own.
+void PbrtReader::take_no_material_from(const PbrtParams& params) {
+  if (!version3_) return;
+  for (const PbrtParam& param : params.all()) {
+    if (param.used || !is_of_material_in_version3(param.name)) continue;
+    approximate(params.where(param.name),
+                fmt::format("{}: '{}' changes the material for this shape alone in pbrt-v3, which is not supported: give the "
+                            "shape a Material of its own",
+                            params.owner(), param.name),
+                "the material as it is without that");
+    params.ignore({param.name});
+  }
 }
 
 void PbrtReader::quadric(const PbrtQuadric& quadric, const PbrtParams& params) {

@@ -94,7 +94,7 @@ void PbrtReader::texture(PbrtLexer& lexer, const Token& token) {
     throw Error(at_kind, unknown_name("kind of texture", kind, std::vector<std::string>{"spectrum", "float"}));
   const Location at_type = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "Texture");
-  PbrtParams params(lexer, titled(token.text, name), at_type);
+  PbrtParams params(lexer, titled(token.text, name), at_type, version3_);
   params.add_defaults(attributes_.defaults["texture"]);
   TextureMap& textures = kind == "float" ? float_textures_ : spectrum_textures_;
   define(textures, name, make_texture(lexer, type, params, textures), where, fmt::format("{} texture '{}'", kind, name));
@@ -213,7 +213,7 @@ std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const Pbr
     params.ignore({name});
     return otherwise;
   }
-  if (!texture) return params.colour(name, ColourUse::factor, version3_).value_or(otherwise);
+  if (!texture) return params.colour(name, ColourUse::factor).value_or(otherwise);
   const TextureEntry& entry = find_texture(params, name, *texture, textures);
   if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
   return &entry;
@@ -239,7 +239,7 @@ float PbrtReader::number(const PbrtParams& params, std::string_view name, float 
 
 Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
   const auto texture = params.texture(name);
-  if (!texture) return params.colour(name, use, version3_).value_or(otherwise);
+  if (!texture) return params.colour(name, use).value_or(otherwise);
   const Rgb value = mean_operand(params, name, *texture, spectrum_textures_);
   if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
   if (use != ColourUse::reflectance || max_component(value) <= 1) return value;
