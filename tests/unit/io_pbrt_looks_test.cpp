@@ -183,6 +183,41 @@ TEST(PbrtTextures, ConstantsFoldAndCombine) {
       0.5f);
 }
 
+std::string png_bytes(const std::vector<std::uint8_t>& rgb, ivec2 size) {
+  const auto png = encode_png(rgb.data(), size);
+  return {png.begin(), png.end()};
+}
+
+// Relief is turned inside out by it.
+TEST(PbrtTextures, NumbersMayBeNegative) {
+  const TestDirectory directory;
+  directory.write("a.png", png_bytes({0, 0, 0, 255, 255, 255}, {2, 1}));
+  const auto slope_of = [&](const std::string& scale, const std::string& textures) {
+    const Scene scene = parse_pbrt("WorldBegin Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"a.png\" " + scale +
+                                       textures + " Material \"diffuse\" \"texture displacement\" \"t\" " + triangle,
+                                   directory.path("s.pbrt"));
+    EXPECT_EQ(scene.reliefs.size(), 1u);
+    return slope(scene.textures.at(scene.reliefs.at(0).texture), vec2(0.5f)).x;
+  };
+  const std::string by_number = "Texture \"t\" \"float\" \"scale\" \"texture tex\" \"a\" \"float scale\" ";
+  // From 0 to 1 between the centres of two texels, half a unit of u apart.
+  EXPECT_NEAR(slope_of("", by_number + "1"), 2, 1e-5f);
+  EXPECT_NEAR(slope_of("", by_number + "-.1"), -0.2f, 1e-5f);
+  EXPECT_NEAR(slope_of("\"float scale\" -2000 ", by_number + "1"), -4000, 1e-2f);
+  const std::string constant = "Texture \"n\" \"float\" \"constant\" \"float value\" -.5 ";
+  EXPECT_ERROR(world(constant + "Material \"conductor\" \"texture roughness\" \"n\""), "is -0.5; expected 0 to 1");
+  EXPECT_ERROR(world("Texture \"n\" \"float\" \"constant\" \"float value\" -1e31"), "expected -1e30 to 1e30");
+  EXPECT_ERROR(world("Texture \"c\" \"color\" \"constant\" \"rgb value\" [-1 0 0]"),
+               "has the component -1; expected 0 to 1000");
+  const Scene scaled = world(
+      "Texture \"c\" \"color\" \"scale\" \"rgb tex\" [.5 .5 .5] \"float scale\" -1 Material \"diffuse\" \"texture "
+      "reflectance\" "
+      "\"c\" " +
+      triangle);
+  EXPECT_EQ(std::get<Diffuse>(scaled.materials.at(0)).reflectance.constant, Rgb(0));
+  EXPECT_TRUE(warns(scaled, "falls to -0.5, less than a surface can reflect: clamped to 0"));
+}
+
 TEST(PbrtTextures, ValuesOfVersion3AreOfTheTexturesKind) {
   const auto reflectance = [](const std::string& film, const std::string& value) {
     const Scene scene = parse_pbrt(film + " WorldBegin Texture \"t\" \"color\" \"constant\" " + value +
@@ -218,11 +253,6 @@ TEST(PbrtTextures, CheckerboardKeepsItsMapping) {
   EXPECT_ERROR(world(checks + " Material \"mirror\" \"texture Kr\" \"t\""), "'Kr' is a texture that varies");
   EXPECT_NEAR(approximate_material_of<Conductor>(checks + " Material \"mirror\" \"texture Kr\" \"t\"").tint.x, 1, 0.1f)
       << "its mean over the first square";
-}
-
-std::string png_bytes(const std::vector<std::uint8_t>& rgb, ivec2 size) {
-  const auto png = encode_png(rgb.data(), size);
-  return {png.begin(), png.end()};
 }
 
 // A PNG of 2 x 1 texels, red of alpha 255 and white of alpha 128.

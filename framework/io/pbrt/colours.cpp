@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace etendue {
 
@@ -138,6 +139,10 @@ std::optional<Rgb> PbrtParams::colour(std::string_view name, ColourUse use) cons
   } else {
     colour = Rgb(static_cast<float>(single(*param)));
     param->widened = param->type == "integer";
+  }
+  if (use == ColourUse::factor && is_number(name)) {  // relief may be turned inside out, and of any height
+    if (!(std::abs(colour.x) <= 1e30f)) fail(name, fmt::format("is {}; expected -1e30 to 1e30", colour.x));
+    return colour;
   }
   // Metals have indices of hundreds at most, in the far infrared.
   const float most = use == ColourUse::reflectance ? 1 : may_be_index(use) ? 1000 : 1e30f;

@@ -78,7 +78,7 @@ PbrtReader::TextureEntry PbrtReader::image_texture(PbrtLexer& lexer, const PbrtP
                        .texels = {},
                        .uv_scale = mapping.scale,
                        .uv_offset = mapping.offset,
-                       .gain = params.number("scale", 1, 0),
+                       .gain = params.number("scale", 1, of_numbers ? -1e30f : 0),
                        .wrap_u = wrap,
                        .wrap_v = wrap};
   float gamma = read_gamma(params);

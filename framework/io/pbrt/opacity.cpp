@@ -6,6 +6,9 @@
 #include "framework/io/mesh/cut_away.h"
 #include "framework/io/pbrt/reader.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace etendue {
 
 namespace {
@@ -13,12 +16,12 @@ namespace {
 // A texture of alpha in version 3, where only 0 lets light through.
 struct Opaque {
   Texture operator()(ImageTexture t) const {
-    t.gain *= 1e9f;
+    t.gain = std::min(std::abs(t.gain) * 1e9f, 1e30f);
     return t;
   }
   Texture operator()(CheckerTexture t) const {
-    t.even = Rgb(mean_component(t.even) > 0);
-    t.odd = Rgb(mean_component(t.odd) > 0);
+    t.even = Rgb(mean_component(t.even) != 0);
+    t.odd = Rgb(mean_component(t.odd) != 0);
     return t;
   }
 };
@@ -95,7 +98,7 @@ Field PbrtReader::opacity_field(const PbrtParams& params, TextureEntry* alpha) {
   if (!alpha) return entry.opacity;
   if (!alpha->alpha) {
     alpha->alpha = field_of(*alpha);
-    if (version3_) alpha->alpha = mapped_field(alpha->alpha, [](const Rgb& value) { return Rgb(mean_component(value) > 0); });
+    if (version3_) alpha->alpha = mapped_field(alpha->alpha, [](const Rgb& value) { return Rgb(mean_component(value) != 0); });
   }
   const Field of_material = entry.opacity ? entry.opacity : constant_field(Rgb(entry.constant_opacity));
   if (!entry.opacity && entry.constant_opacity == 1) return alpha->alpha;

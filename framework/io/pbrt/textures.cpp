@@ -240,8 +240,14 @@ float PbrtReader::number(const PbrtParams& params, std::string_view name, float 
 Rgb PbrtReader::colour(const PbrtParams& params, std::string_view name, const Rgb& otherwise, ColourUse use) {
   const auto texture = params.texture(name);
   if (!texture) return params.colour(name, use).value_or(otherwise);
-  const Rgb value = mean_operand(params, name, *texture, spectrum_textures_);
+  Rgb value = mean_operand(params, name, *texture, spectrum_textures_);
   if (!is_finite(value)) params.fail(name, "is a texture of a value that is not finite; expected finite values");
+  if (use == ColourUse::reflectance && -max_component(-value) < 0) {
+    warn(params.where(name),
+         fmt::format("{}: '{}' is a texture that falls to {:.4g}, less than a surface can reflect: clamped to 0",
+                     params.owner(), name, -max_component(-value)));
+    value = glm::max(value, Rgb(0));
+  }
   if (use != ColourUse::reflectance || max_component(value) <= 1) return value;
   approximate(params.where(name), "a reflectance above 1", "1, for no surface makes light: it is darker");
   return glm::min(value, Rgb(1));
