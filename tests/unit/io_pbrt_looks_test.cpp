@@ -136,6 +136,8 @@ TEST(PbrtMaterials, GlassMirrorAndPlastic) {
   EXPECT_GT(material_of<Dielectric>("Material \"glass\" \"float uroughness\" .1 \"float vroughness\" .1").alpha, 0.1f);
   EXPECT_FLOAT_EQ(material_of<Dielectric>("Material \"dielectric\" \"float roughness\" .25 \"float eta\" 1.33").alpha, 0.5f);
   EXPECT_FLOAT_EQ(material_of<Dielectric>("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"").eta, 1.5168f);
+  EXPECT_NEAR(material_of<Dielectric>("Material \"dielectric\" \"spectrum eta\" [300 1.5 800 1.5]").eta, 1.5f, 1e-4f);
+  EXPECT_TRUE(warns(world("Material \"dielectric\" \"spectrum eta\" [300 1.5 800 1.5] " + triangle), "there is no dispersion"));
   EXPECT_ERROR(material_of<Dielectric>("Material \"dielectric\" \"spectrum eta\" \"glass-BK8\""),
                "unknown glass 'glass-BK8'; did you mean 'glass-BK7'");
   EXPECT_ERROR(material_of<Dielectric>("Material \"dielectric\" \"float uroughness\" .1"),
@@ -171,7 +173,8 @@ TEST(PbrtTextures, ConstantsFoldAndCombine) {
                   .constant,
               {0.25f, 0.125f, 0});
   EXPECT_ERROR(reflectance("Texture \"x\" \"spectrum\" \"constant\""), "unknown spectrum texture 't'");
-  EXPECT_ERROR(reflectance("Texture \"t\" \"float\" \"constant\""), "unknown spectrum texture 't'");
+  EXPECT_ERROR(reflectance("Texture \"t\" \"float\" \"constant\""),
+               "'reflectance' expects a spectrum texture, but 't' is a float texture");
   EXPECT_ERROR(reflectance("Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [2 2 2]"), "above 1");
   EXPECT_ERROR(world("Texture \"t\" \"vector\" \"constant\""), "unknown kind of texture 'vector'");
   EXPECT_TRUE(warns(world("Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\""),

@@ -129,6 +129,9 @@ TEST(PbrtNearest, MaterialsThatAreFarFromOursHaveTheirAlbedo) {
   const Plastic skin = approximate_material_of<Plastic>("Material \"subsurface\" \"string name\" \"Skin1\"");
   EXPECT_GT(skin.reflectance.constant.x, 1.2f * skin.reflectance.constant.z);
   EXPECT_FLOAT_EQ(skin.coat.eta(), 1.33f) << "of skin, not of glass";
+  const std::string layered = "Material \"coatedconductor\" ";
+  expect_near(approximate_material_of<Conductor>(layered + "\"spectrum interface.eta\" \"glass-BK7\"").k,
+              approximate_material_of<Conductor>(layered + "\"float interface.eta\" 1.5168").k);
   EXPECT_FLOAT_EQ(approximate_material_of<Plastic>("Material \"kdsubsurface\"").coat.eta(), 1.33f);
   for (const char* far : {"hair", "measured", "fourier"}) {
     EXPECT_ERROR(world("Material \"" + std::string(far) + "\" \"string filename\" \"x\""),

@@ -14,7 +14,6 @@ TEST(PbrtShapes, TriangleMeshesAreChecked) {
   EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1]"), "expected three per triangle");
   EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1 4]"), "has 4 as its value 2, but there are 4 points");
   EXPECT_ERROR(world(mesh + "\"integer indices\" [0 -1 2]"), "has -1 as its value 1");
-  EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1 2] \"normal N\" [0 0 1]"), "has 1 normals, but there are 4 points");
   EXPECT_ERROR(world(mesh + "\"integer indices\" [0 1 2] \"float uv\" [0 0 1]"), "expected pairs");
   EXPECT_ERROR(world("Shape \"trianglemesh\" \"point P\" [0 0 0 1]"), "expected triples");
   const Scene scene =
@@ -26,6 +25,32 @@ TEST(PbrtShapes, TriangleMeshesAreChecked) {
   EXPECT_FALSE(scene.objects[0].shapes[1].has_uvs);
   EXPECT_EQ(scene.objects[0].uvs.size(), scene.objects[0].geometry.positions.size());
   EXPECT_EQ(scene.objects[0].geometry.triangles.at(2), uvec3(4, 5, 6));
+}
+
+// As pbrt does: it keeps the first of too many coordinates in version 3 alone.
+TEST(PbrtShapes, ValuesThatAreNotAsManyAsThePointsAreDropped) {
+  const auto read = [](const std::string& film, const std::string& params) {
+    return parse_pbrt(
+        film + " WorldBegin Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] " + params,
+        "s.pbrt");
+  };
+  const std::string few = "\"point2 uv\" [0 0 1 0]", many = "\"point2 uv\" [0 0 1 0 0 1 .5 .5]";
+  for (const std::string film : {"Film \"image\"", "Film \"rgb\""}) {
+    const Scene normals = read(film, "\"normal3 N\" [0 0 1]");
+    EXPECT_FALSE(normals.objects[0].shapes.at(0).has_normals);
+    EXPECT_TRUE(warns(normals, "'N' has 1 values, but there are 3 points: left out, as by pbrt"));
+    EXPECT_FALSE(read(film, few).objects[0].shapes.at(0).has_uvs);
+    EXPECT_TRUE(warns(read(film, few), "'uv' has 2 values, but there are 3 points: left out"));
+  }
+  EXPECT_FALSE(read("Film \"rgb\"", many).objects[0].shapes.at(0).has_uvs);
+  const Scene first = read("Film \"image\"", many);
+  ASSERT_EQ(first.objects[0].uvs.size(), 3u);
+  EXPECT_EQ(first.objects[0].uvs[2], vec2(0, 1));
+  EXPECT_TRUE(warns(first, "'uv' has 4 values, but there are 3 points: the first count"));
+}
+
+TEST(PbrtShapes, MoreThanATurnIsOne) {
+  EXPECT_EQ(world("Shape \"sphere\" \"float phimax\" 400").objects[0].geometry.quadrics.size(), 1u) << "whole";
 }
 
 TEST(PbrtShapes, DegenerateTextureCoordinatesAreDiscardedIfAskedInVersion3) {

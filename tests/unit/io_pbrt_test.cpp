@@ -260,6 +260,34 @@ TEST(Pbrt, IntegersThatVersion3DoesNotTakeForFloatsAreTold) {
   EXPECT_FALSE(warns(parse_pbrt("Film \"rgb\"" + rest, "s.pbrt"), told));
 }
 
+// pbrt-v4 puts names together once all is read.
+TEST(Pbrt, NamesThatMayStandFurtherDownAreTold) {
+  const std::string told = "pbrt-v4 also finds what is defined further down, but here it must stand before its use";
+  const std::string uses[] = {"NamedMaterial \"m\"", "Material \"diffuse\" \"texture reflectance\" \"t\"",
+                              "ObjectInstance \"o\"", "Material \"mix\" \"string materials\" [\"a\" \"b\"]"};
+  for (const std::string& use : uses) {
+    EXPECT_ERROR(world(use), told);
+    EXPECT_FALSE(contains(error_of([&] { (void)parse_pbrt("Film \"image\" WorldBegin " + use, "s.pbrt"); }), told)) << use;
+  }
+}
+
+TEST(Pbrt, FilesOfOlderVersionsAreTold) {
+  EXPECT_ERROR(parse_pbrt("Film \"image\"\nSurfaceIntegrator \"path\"", "s.pbrt"),
+               "s.pbrt:2:1: SurfaceIntegrator is of pbrt's versions 1 and 2");
+}
+
+TEST(Pbrt, MessagesNameOnePlace) {
+  const TestDirectory directory;
+  directory.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string scene = directory.path("s.pbrt");
+  const auto error = [&](const std::string& text) { return error_of([&] { (void)parse_pbrt("WorldBegin\n" + text, scene); }); };
+  const std::string mesh = error("Shape \"plymesh\" \"string filename\" \"m.obj\"\n  \"texture alpha\" \"nope\"");
+  EXPECT_TRUE(mesh.starts_with(scene + ":3:3: Shape")) << mesh;
+  EXPECT_EQ(mesh.find(scene, 1), std::string::npos) << mesh;
+  const std::string light = error("LightSource \"infinite\" \"spectrum L\" \"stdillum-D50\"");
+  EXPECT_TRUE(light.starts_with(scene + ":2:24: 'stdillum-D50' is not supported in full; --approximate takes")) << light;
+}
+
 TEST(Pbrt, UnsupportedThingsAreNamed) {
   EXPECT_ERROR(world("Shape \"torus\""), "s.pbrt:3:7: unknown shape 'torus'; available: trianglemesh plymesh");
   EXPECT_ERROR(world("AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" 0.5"), "a light that is half transparent");

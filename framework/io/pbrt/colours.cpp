@@ -87,17 +87,19 @@ std::vector<std::string> spectrum_names(ColourUse use) {
 Rgb PbrtParams::spectrum_colour(const PbrtParam& param, ColourUse use) const {
   const bool is_file = param.strings.size() == 1 && param.numbers.empty() && param.strings[0].find('.') != std::string::npos;
   const SceneFiles::File file = is_file ? files_->read(param.strings[0], *file_, where(param.name)) : SceneFiles::File{};
+  if (const auto kelvin = param.strings.size() == 1 ? illuminant_temperature(param.strings[0]) : std::nullopt;
+      kelvin && param.numbers.empty() && use == ColourUse::light) {
+    if (param.strings[0] != "stdillum-A")  // which is a blackbody
+      files_->approximations().take(where(param.name), quote(param.strings[0]) + " is not supported in full",
+                                    "a blackbody of its colour temperature");
+    return blackbody_rgb(*kelvin);
+  }
   try {
     if (is_file) return to_rgb(parse_spectrum(file.bytes, file.path), use, version3_);
     if (param.strings.empty()) return to_rgb(from_pairs(param.numbers), use, version3_);
     if (param.strings.size() != 1 || !param.numbers.empty()) throw Error("expected one name, or pairs of wavelength and value");
     const std::string& name = param.strings[0];
     if (use == ColourUse::light && name == "stdillum-D65") return Rgb(1);
-    if (const auto kelvin = illuminant_temperature(name); kelvin && use == ColourUse::light) {
-      if (name != "stdillum-A")  // which is a blackbody
-        files_->approximations().take(where(param.name), quote(name), "a blackbody of its colour temperature");
-      return blackbody_rgb(*kelvin);
-    }
     if (const auto metal = metal_spectrum(name); metal && may_be_index(use)) return *metal;
     throw Error(unknown_name("spectrum", name, spectrum_names(use)));
   } catch (const Error& e) {

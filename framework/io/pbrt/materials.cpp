@@ -52,19 +52,27 @@ float PbrtReader::isotropic_alpha(const PbrtParams& params, float otherwise, boo
 // What is as dense as its surroundings refracts nothing, rough or not.
 float smooth_where_even(float alpha, float eta) { return std::abs(eta - 1) < 1e-3f ? 0 : alpha; }
 
-float PbrtReader::refractive_index(const PbrtParams& params, float least, float otherwise) {
+float PbrtReader::refractive_index(const PbrtParams& params, float least, float otherwise, std::string_view param) {
   std::vector<std::string> names;
-  if (const auto name = params.named_spectrum("eta")) {
+  const auto even = [&](const std::string& what, float eta) {
+    warn(params.where(param), fmt::format("{} has the index {:.5g} at every wavelength: there is no dispersion", what, eta));
+    return eta;
+  };
+  const auto name = params.named_spectrum(param);
+  if (!version3_ && params.is_spectrum(param) && (!name || name->find('.') != std::string::npos)) {
+    const float eta = mean_component(*params.colour(param, ColourUse::index));
+    if (!(eta >= least && eta <= 10)) params.fail(param, fmt::format("is {} on average; expected {} to 10", eta, least));
+    return even(name ? quote(*name) : params.owner(), eta);
+  }
+  if (name) {
     for (const GlassIndex& glass : glasses()) {
       names.emplace_back(glass.name);
-      if (*name != glass.name) continue;
-      warn(params.where("eta"),
-           fmt::format("'{}' has the index {} at every wavelength: there is no dispersion", *name, glass.eta));
-      return glass.eta;
+      if (*name == glass.name) return even(quote(*name), glass.eta);
     }
-    throw Error(params.where("eta"), fmt::format("{}: {}", params.owner(), unknown_name("glass", *name, names)));
+    throw Error(params.where(param), fmt::format("{}: {}", params.owner(), unknown_name("glass", *name, names)));
   }
-  return number(params, "eta", number(params, "index", otherwise, least, 10), least, 10);
+  if (param == "eta") otherwise = number(params, "index", otherwise, least, 10);
+  return number(params, param, otherwise, least, 10);
 }
 
 // A rough diffuse surface of version 3 ([OrenNayar1994]) has this share of the albedo of a smooth one: the mean of the model's
@@ -246,7 +254,7 @@ void PbrtReader::named_material(PbrtLexer& lexer, const Token&) {
   if (found == named_materials_.end()) {
     std::vector<std::string> names;
     for (const auto& [known, entry] : named_materials_) names.push_back(known);
-    throw Error(where, unknown_name("named material", name, names));
+    throw Error(where, unknown_name("named material", name, names) + or_further_down());
   }
   attributes_.material = found->second;
 }

@@ -257,7 +257,7 @@ float PbrtReader::most_of(const TexturedRgb& colour) const {
 Material PbrtReader::make_coated_conductor(const PbrtParams& params) {
   approximate(params.where(), "material \"coatedconductor\" is not supported",
               "a conductor that reflects as much straight on, as rough as the rougher of the two layers");
-  const float eta = number(params, "interface.eta", 1.5f, 1.0001f, 10);
+  const float eta = refractive_index(params, 1.0001f, 1.5f, "interface.eta");
   const auto alpha_of = [&](const std::string& layer, float otherwise) {
     const float both = number(params, layer + ".roughness", otherwise, 0, 1);
     return vec2(number(params, layer + ".uroughness", both, 0, 1), number(params, layer + ".vroughness", both, 0, 1));
@@ -318,7 +318,7 @@ const PbrtReader::MaterialEntry& PbrtReader::named_entry(const PbrtParams& param
   if (found != named_materials_.end()) return materials_[found->second];
   std::vector<std::string> names;
   for (const auto& [known, entry] : named_materials_) names.push_back(known);
-  throw Error(params.where(param), unknown_name("named material", name, names));
+  throw Error(params.where(param), unknown_name("named material", name, names) + or_further_down());
 }
 
 bool PbrtReader::is_plain_surface(const MaterialEntry& entry) {

@@ -163,6 +163,11 @@ bool PbrtParams::is_number(std::string_view name) const {
                      [&](const PbrtParam& p) { return p.name == name && (p.type == "float" || p.type == "integer"); });
 }
 
+bool PbrtParams::is_spectrum(std::string_view name) const {
+  return std::any_of(params_.begin(), params_.end(),
+                     [&](const PbrtParam& p) { return p.name == name && p.type == "spectrum"; });
+}
+
 float PbrtParams::number(std::string_view name, float otherwise, float low, float high) const {
   const PbrtParam* param = find_typed(name, {"float", "integer"}, "float");
   if (!param) return otherwise;

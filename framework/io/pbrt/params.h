@@ -44,6 +44,7 @@ class PbrtParams {
 
   bool has(std::string_view name) const;
   bool is_number(std::string_view name) const;  // is it there, of type float or integer?
+  bool is_spectrum(std::string_view name) const;
   // Each throws Error on a value of another type, a wrong number of values, or one that is out of range.
   float number(std::string_view name, float otherwise, float low = -1e30f, float high = 1e30f) const;
   int integer(std::string_view name, int otherwise, int low, int high) const;

@@ -11,7 +11,8 @@ namespace etendue {
 
 namespace {
 
-float read_phi(const PbrtParams& params) { return params.number("phimax", 360, 1e-3f, 360) * (pi / 180); }
+// More than a turn is one, as in pbrt.
+float read_phi(const PbrtParams& params) { return std::min(params.number("phimax", 360, 1e-3f), 360.0f) * (pi / 180); }
 
 bool is_whole(float phi) { return phi > 2 * pi * (1 - 1e-6f); }
 

@@ -104,6 +104,10 @@ const PbrtReader::Directive* PbrtReader::find_directive(std::string_view name) {
 void PbrtReader::fail_unknown_directive(const PbrtLexer& lexer, const Token& token) {
   std::vector<std::string> names;
   for (const Directive& d : directives()) names.emplace_back(d.name);
+  constexpr std::string_view of_older[] = {"SurfaceIntegrator", "VolumeIntegrator", "Volume", "Renderer", "SearchPath"};
+  if (std::ranges::find(of_older, token.text) != std::end(of_older))
+    throw Error(lexer.where(token),
+                fmt::format("{} is of pbrt's versions 1 and 2; those that are read are 3 and 4", token.text));
   if (lexer.is_scene()) throw Error(lexer.where(token), unknown_name("directive", token.text, names));
   const std::vector<std::string> nearest = nearest_names(token.text, names, 1);
   throw Error(lexer.where(token), "no pbrt scene: its first word is no directive such as Camera, Shape or Include" +

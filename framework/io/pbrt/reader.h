@@ -212,6 +212,9 @@ class PbrtReader {
   void object_instance(PbrtLexer& lexer, const Token& token);
   void take_no_material_from(const PbrtParams& params);
   void quadric(const PbrtQuadric& quadric, const PbrtParams& params);
+  template <class Value>
+  void keep_as_many(const PbrtParams& params, std::string_view name, std::size_t points, bool may_exceed,
+                    std::vector<Value>& values);
   TriangleMesh triangle_mesh(const PbrtParams& params);
   void mesh_file(PbrtLexer& lexer, const PbrtParams& params);
   void subdivided_mesh(const PbrtParams& params);
@@ -262,7 +265,7 @@ class PbrtReader {
   enum class RoughnessBy : std::uint8_t { any, axis, one };
   vec2 roughness_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by = RoughnessBy::any);
   float isotropic_alpha(const PbrtParams& params, float otherwise, bool version3, RoughnessBy by = RoughnessBy::any);
-  float refractive_index(const PbrtParams& params, float least, float otherwise = 1.5f);
+  float refractive_index(const PbrtParams& params, float least, float otherwise = 1.5f, std::string_view param = "eta");
 
   // nearest_materials.cpp: what has no exact equal
   using ColourMap = std::function<Rgb(const Rgb&)>;
@@ -338,6 +341,10 @@ class PbrtReader {
   MeanImage mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere);
 
   // Helpers of all of them.
+  // What follows the message that a name is unknown: version 4 allows its definition further down.
+  std::string or_further_down() const {
+    return version3_ ? "" : "; pbrt-v4 also finds what is defined further down, but here it must stand before its use";
+  }
   std::string expect_string(PbrtLexer& lexer, const std::string& what) const;
   float expect_number(PbrtLexer& lexer, const std::string& what) const;
   void approximate(const Location& where, const std::string& what, const std::string& instead) {

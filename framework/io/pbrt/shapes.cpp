@@ -122,6 +122,17 @@ void PbrtReader::quadric(const PbrtQuadric& quadric, const PbrtParams& params) {
     place_patch(quadric.patch, params);
 }
 
+// Drops what is not as many as the points, as pbrt does, but for the first where `may_exceed`.
+template <class Value>
+void PbrtReader::keep_as_many(const PbrtParams& params, std::string_view name, std::size_t points, bool may_exceed,
+                              std::vector<Value>& values) {
+  if (values.empty() || values.size() == points) return;
+  const bool keeps_first = may_exceed && values.size() > points;
+  warn(params.where(name), fmt::format("{}: '{}' has {} values, but there are {} points: {}, as by pbrt", params.owner(), name,
+                                       values.size(), points, keeps_first ? "the first count" : "left out"));
+  values.resize(keeps_first ? points : 0);
+}
+
 TriangleMesh PbrtReader::triangle_mesh(const PbrtParams& params) {
   TriangleMesh mesh;
   mesh.positions = params.points3("P");
@@ -130,11 +141,10 @@ TriangleMesh PbrtReader::triangle_mesh(const PbrtParams& params) {
   if (vertices == 0) params.fail("P", "is missing or empty; expected points");
   for (const char* name : {"uv", "st"})
     if (auto uvs = params.points2(name); !uvs.empty()) {
-      if (uvs.size() != vertices) params.fail(name, fmt::format("has {} pairs, but there are {} points", uvs.size(), vertices));
-      mesh.uvs = std::move(uvs);
+      keep_as_many(params, name, vertices, version3_, uvs);
+      if (!uvs.empty()) mesh.uvs = std::move(uvs);
     }
-  if (!mesh.normals.empty() && mesh.normals.size() != vertices)
-    params.fail("N", fmt::format("has {} normals, but there are {} points", mesh.normals.size(), vertices));
+  keep_as_many(params, "N", vertices, false, mesh.normals);
   if (params.has("S")) warn(params.where("S"), "tangents are not read; they follow the texture coordinates");
   params.ignore({"S"});
 
@@ -175,7 +185,8 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
     if (version3_ && params.boolean("discarddegenerateUVs", false)) discard_degenerate_uvs(mesh);
     place(std::move(mesh), params, "'" + file + "'");
   } catch (const Error& e) {
-    throw Error(params.where("filename"), e.what());
+    const std::string what = e.what();
+    throw what.starts_with(params.where().file + ":") ? e : Error(params.where("filename"), what);
   }
 }
 
@@ -341,7 +352,7 @@ void PbrtReader::object_instance(PbrtLexer& lexer, const Token&) {
   if (found == definitions_.end()) {
     std::vector<std::string> names;
     for (const auto& [known, definition] : definitions_) names.push_back(known);
-    throw Error(where, unknown_name("object", name, names));
+    throw Error(where, unknown_name("object", name, names) + or_further_down());
   }
   instantiate(found->second, ctm());
 }

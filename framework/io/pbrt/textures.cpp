@@ -196,11 +196,16 @@ PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std
                                                    TextureMap& textures) {
   const auto found = textures.find(name);
   if (found != textures.end()) return found->second;
+  const bool of_numbers = &textures == &float_textures_;
+  if ((of_numbers ? spectrum_textures_ : float_textures_).contains(name))
+    throw Error(params.where(param),
+                fmt::format("{}: '{}' expects a {} texture, but '{}' is a {} texture", params.owner(), param,
+                            of_numbers ? "float" : "spectrum", name, of_numbers ? "spectrum" : "float"));
   std::vector<std::string> names;
   for (const auto& [known, entry] : textures) names.push_back(known);
   throw Error(params.where(param),
-              fmt::format("{}: {}", params.owner(),
-                          unknown_name(&textures == &float_textures_ ? "float texture" : "spectrum texture", name, names)));
+              fmt::format("{}: {}{}", params.owner(),
+                          unknown_name(of_numbers ? "float texture" : "spectrum texture", name, names), or_further_down()));
 }
 
 std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const PbrtParams& params, std::string_view name,
