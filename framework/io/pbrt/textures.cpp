@@ -203,9 +203,11 @@ PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std
                             of_numbers ? "float" : "spectrum", name, of_numbers ? "spectrum" : "float"));
   std::vector<std::string> names;
   for (const auto& [known, entry] : textures) names.push_back(known);
-  throw Error(params.where(param),
-              fmt::format("{}: {}{}", params.owner(),
-                          unknown_name(of_numbers ? "float texture" : "spectrum texture", name, names), or_further_down()));
+  // Textures, too, are made in their order there, before all that uses them.
+  const bool of_texture = params.owner().starts_with("Texture ");
+  throw Error(params.where(param), fmt::format("{}: {}{}", params.owner(),
+                                               unknown_name(of_numbers ? "float texture" : "spectrum texture", name, names),
+                                               of_texture ? "" : or_further_down()));
 }
 
 std::variant<Rgb, const PbrtReader::TextureEntry*> PbrtReader::operand(const PbrtParams& params, std::string_view name,
