@@ -203,7 +203,7 @@ PbrtReader::TextureEntry& PbrtReader::find_texture(const PbrtParams& params, std
                             of_numbers ? "float" : "spectrum", name, of_numbers ? "spectrum" : "float"));
   std::vector<std::string> names;
   for (const auto& [known, entry] : textures) names.push_back(known);
-  // Textures, too, are made in their order there, before all that uses them.
+  // Textures that are composed of others are made in their order there, and all of them before what they are for.
   const bool of_texture = params.owner().starts_with("Texture ");
   throw Error(params.where(param), fmt::format("{}: {}{}", params.owner(),
                                                unknown_name(of_numbers ? "float texture" : "spectrum texture", name, names),
