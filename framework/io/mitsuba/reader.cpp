@@ -9,20 +9,54 @@
 
 namespace etendue {
 
+namespace {
+
+constexpr std::string_view before_0_4 =
+    "files of Mitsuba before 0.4 are not read: its upgrade to 0.4 mirrors cameras and gives them the field of view of the "
+    "shorter side, and renames luminaires, their intensity to radiance or irradiance, intensityScale and focusDepth";
+
+bool is_sensor(const XmlElement& element) { return element.tag == "sensor" || element.tag == "camera"; }
+
+// Throws Error where an element stands in it that only versions before 0.4 have.
+void refuse_old_elements(const XmlElement& element) {
+  if (element.tag == "camera" || element.tag == "luminaire")
+    throw Error(element.where(), fmt::format("{}: the file states no version, and {}", element.tag, before_0_4));
+  for (const XmlElement& child : element.children) refuse_old_elements(child);
+}
+
+}  // namespace
+
 Scene MitsubaReader::read() {
-  const std::string version = tree_.root().value("version");
-  if (!version.empty() && (version[0] < '0' || version[0] > '9'))
-    throw Error(tree_.root().where("version"), fmt::format("scene: version {}; expected 0.4 to 3", quote(version)));
-  if (!version.empty()) version_ = std::atoi(version.c_str());
-  if (version_ > 3)
-    throw Error(tree_.root().where("version"), fmt::format("scene: version {}; expected 0.4 to 3", quote(version)));
+  read_version();
   for (const XmlElement& child : tree_.root().children)
     if (child.tag == "path") search_.push_back(child.value("value"));
   tell_of_transforms(tree_.root());
   properties(tree_.root());  // every element and reference is known
+  find_camera();
   for (const XmlElement& child : tree_.root().children) read_child(child);
   finish();
   return std::move(scene_);
+}
+
+void MitsubaReader::read_version() {
+  const XmlElement& root = tree_.root();
+  const std::string version = root.value("version");
+  if (version.empty()) return refuse_old_elements(root);
+  const std::string told = fmt::format("scene: version {}; expected 0.4 to 3", quote(version));
+  if (version[0] < '0' || version[0] > '9') throw Error(root.where("version"), told);
+  version_ = std::atoi(version.c_str());
+  if (version_ > 3) throw Error(root.where("version"), told);
+  const std::size_t point = version.find('.');
+  const int minor = point == std::string::npos ? 0 : std::atoi(version.c_str() + point + 1);
+  if (version_ == 0 && minor < 4) throw Error(root.where("version"), fmt::format("{}; {}", told, before_0_4));
+}
+
+// The camera is the first sensor, and before version 2 the last.
+void MitsubaReader::find_camera() {
+  for (const XmlElement& child : tree_.root().children) {
+    const XmlElement& meant = child.tag == "ref" ? ids_.find(child) : child;
+    if (is_sensor(meant) && (!camera_ || version0())) camera_ = &meant;
+  }
 }
 
 void MitsubaReader::read_child(const XmlElement& child) {
@@ -33,7 +67,7 @@ void MitsubaReader::read_child(const XmlElement& child) {
     shape(child, world_);
   } else if (child.tag == "emitter" || child.tag == "luminaire") {
     emitter(child);
-  } else if (child.tag == "sensor" || child.tag == "camera") {
+  } else if (is_sensor(child)) {
     sensor(child);
   } else if (child.tag == "integrator") {
     only_integrator(child, has_integrator_);
@@ -43,13 +77,13 @@ void MitsubaReader::read_child(const XmlElement& child) {
 
 void MitsubaReader::finish() {
   const Location whole{files_.first_file()};
-  if (!has_sensor_) {
-    warn(whole, "the scene has no sensor: at the origin, looking along +z, with a field of view of 50 degrees");
-    scene_.camera.to_world = Transform::scale({-1, 1, 1});
-    scene_.camera.fov = 50 * pi / 180;
-  }
   std::vector<Emission> emissions;
   scene_.objects[0] = world_.parts[0].builder.take(&emissions);
+  if (!camera_) default_sensor(whole);
+  if (version0() && !has_integrator_) {
+    warn(whole, "the scene has no integrator: direct light alone, as in Mitsuba 0.x");
+    scene_.max_depth = 1;
+  }
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn(whole, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn(whole, "the scene has no lights");
   check_hidden_emitters(!emissions.empty());

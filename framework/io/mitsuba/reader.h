@@ -65,6 +65,8 @@ class MitsubaReader {
   enum class ColourUse : std::uint8_t { reflectance, factor, light, index };
 
   // reader.cpp
+  void read_version();
+  void find_camera();
   void read_child(const XmlElement& child);
   void finish();
   void warn(const Location& where, const std::string& what);
@@ -111,6 +113,7 @@ class MitsubaReader {
   void thin_lens(const Properties& of);
   void orthographic(const Properties& of);
   void other_sensor(const Properties& of);
+  void default_sensor(const Location& whole);       // once all shapes are placed
   float field_of_view(const Properties& of) const;  // radians, across the shorter side
   void place_camera(const Properties& of);
   void film(const Properties& of);
@@ -244,7 +247,8 @@ class MitsubaReader {
   XmlIds ids_;
   int version_ = 3;
   Scene scene_;
-  bool has_sensor_ = false, has_integrator_ = false;
+  const XmlElement* camera_ = nullptr;  // of several sensors
+  bool has_integrator_ = false;
   struct HiddenEmitters {
     Location where;
     std::string integrator;

@@ -26,6 +26,9 @@ bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+constexpr ivec2 mitsuba_resolution{768, 576};
+constexpr float mitsuba_stddev = 0.5f;  // of the Gaussian filter, pixels
+
 FilterShape gaussian_filter(float sigma) { return {.kind = FilterKind::gaussian, .radius = vec2(4 * sigma), .sigma = sigma}; }
 
 }  // namespace
@@ -48,12 +51,11 @@ std::span<const MitsubaReader::SensorType> MitsubaReader::sensor_types() {
   return table;
 }
 
-// The first sensor is the scene's camera. Others are there for whoever asks for them by name, and keep no scene from loading.
+// One is the scene's camera. Others are there for whoever asks for them by name, and keep no scene from loading.
 void MitsubaReader::sensor(const XmlElement& element) {
   const Camera camera = scene_.camera;
   const auto [resolution, crop, filter] = std::tuple(scene_.resolution, scene_.crop, scene_.filter);
-  const bool is_first = !has_sensor_;
-  has_sensor_ = true;
+  const bool is_camera = &element == camera_;
   try {
     scene_.camera = {};
     read_sensor(element);
@@ -61,10 +63,10 @@ void MitsubaReader::sensor(const XmlElement& element) {
     scene_.cameras.push_back({id.empty() ? fmt::format("sensor-{}", scene_.cameras.size() + 1) : id, scene_.camera,
                               scene_.resolution, scene_.crop, scene_.filter});
   } catch (const Error& e) {
-    if (is_first) throw;
+    if (is_camera) throw;
     warn(element.where(), std::string("another sensor, which cannot be used: ") + e.what());
   }
-  if (is_first) return;
+  if (is_camera) return;
   std::tie(scene_.resolution, scene_.crop, scene_.filter) = std::tie(resolution, crop, filter);
   scene_.camera = camera;
 }
@@ -169,14 +171,36 @@ void MitsubaReader::other_sensor(const Properties& of) {
   of.ignore_all();
 }
 
+// Mitsuba's: where there are shapes, from so far before them that all is seen whose widest extent stands at their front.
+void MitsubaReader::default_sensor(const Location& whole) {
+  scene_.resolution = mitsuba_resolution;
+  scene_.filter = make_pixel_filter(gaussian_filter(mitsuba_stddev));
+  const vec2 size(mitsuba_resolution);
+  const float tan_half = math::tan(22.5f * degrees);  // across the width
+  scene_.camera.fov = 2 * math::atan(tan_half * size.y / size.x);
+  vec3 eye(0);
+  if (const Bounds bounds = scene_.bounds(); !bounds.empty()) {
+    const vec3 extent = bounds.diagonal();
+    const float widest = std::max(extent.x, extent.y);
+    const float distance = (version0() ? widest : std::max(widest, extent.z)) / (2 * tan_half);
+    eye = vec3(bounds.centre().x, bounds.centre().y, bounds.lower.z - distance);
+  }
+  if (!within_reach(eye)) throw Error(whole, fmt::format("the scene has no sensor; Mitsuba's lies beyond {:g} m", farthest));
+  scene_.camera.to_world = Transform::translate(eye) * Transform::scale({-1, 1, 1});
+  warn(whole, fmt::format("the scene has no sensor: Mitsuba's own, at ({:.4g}, {:.4g}, {:.4g}), looking along +z, with a field "
+                          "of view of 45 degrees",
+                          eye.x, eye.y, eye.z));
+}
+
 void MitsubaReader::film(const Properties& sensor) {
-  scene_.resolution = {768, 576};
+  scene_.resolution = mitsuba_resolution;
   const auto films = sensor.objects({"film"});
   if (films.size() > 1) throw Error(films[1]->where(), "sensor: has two films; expected one");
-  FilterShape filter = gaussian_filter(0.5f);
+  FilterShape filter = gaussian_filter(mitsuba_stddev);
   if (!films.empty()) {
     const Properties of = properties(*films[0]);
-    scene_.resolution = {of.integer("width", 768, 1, 65536), of.integer("height", 576, 1, 65536)};
+    scene_.resolution = {of.integer("width", mitsuba_resolution.x, 1, 65536),
+                         of.integer("height", mitsuba_resolution.y, 1, 65536)};
     crop(of);
     if (in_lower_case(of.string("pixel_format", "rgb")).starts_with("luminance"))
       warn(of.where("pixel_format"), "film: 'pixel_format' is luminance; here the image has colours");
@@ -196,7 +220,7 @@ FilterShape MitsubaReader::filter_of(const Properties& of) const {
   } else if (type == "tent") {
     shape = {.kind = FilterKind::triangle, .radius = vec2(of.number("radius", 1, least, most))};
   } else if (type == "gaussian") {
-    shape = gaussian_filter(of.number("stddev", 0.5f, least, most / 4));
+    shape = gaussian_filter(of.number("stddev", mitsuba_stddev, least, most / 4));
   } else if (type == "mitchell") {
     shape = {.kind = FilterKind::mitchell,
              .radius = vec2(2),

@@ -1,0 +1,70 @@
+// Mitsuba scenes: what a file of Mitsuba 0.x means where later versions mean something else, and the versions that are read.
+#include "framework/io/load_scene.h"
+#include "tests/unit/io_mitsuba_helpers.h"
+
+#include <fmt/format.h>
+
+namespace etendue::mitsuba_test {
+namespace {
+
+TEST(MitsubaVersions, FilesBefore04AreRefused) {
+  for (const char* version : {"0.3.0", "0.2", "0"})
+    EXPECT_ERROR(read(rectangle, version), fmt::format("s.xml:1:17: scene: version '{}'; expected 0.4 to 3; files of Mitsuba "
+                                                       "before 0.4 are not read: its upgrade to 0.4 mirrors cameras",
+                                                       version));
+  for (const char* version : {"0.4.0", "0.4", "0.6.0", "2", "3.0.0"})
+    EXPECT_EQ(read(rectangle, version).objects[0].shapes.size(), 1u) << version;
+  for (const char* old : {"<camera type=\"perspective\"/>", "<shape type=\"sphere\"><luminaire type=\"area\"/></shape>"})
+    EXPECT_ERROR(parse_mitsuba("<scene>" + std::string(old) + "</scene>", "s.xml"), "the file states no version, and files of");
+}
+
+TEST(MitsubaVersions, WithoutAnIntegratorLightIsDirectBeforeVersion2) {
+  const Scene old = read(rectangle, "0.6.0");
+  EXPECT_EQ(old.max_depth, 1);
+  EXPECT_TRUE(warns(old, "the scene has no integrator: direct light alone"));
+  EXPECT_EQ(read("<integrator type=\"path\"/>" + rectangle, "0.6.0").max_depth, std::nullopt);
+  for (const char* version : {"2.0.0", "3.0.0"}) {
+    EXPECT_EQ(read(rectangle, version).max_depth, std::nullopt) << version;
+    EXPECT_FALSE(warns(read(rectangle, version), "integrator")) << version;
+  }
+}
+
+TEST(MitsubaVersions, TheLastSensorIsTheCameraBeforeVersion2) {
+  const auto sensor = [](const std::string& width, const std::string& type = "perspective") {
+    return "<sensor type=\"" + type + "\"><film type=\"hdrfilm\"><integer name=\"width\" value=\"" + width +
+           "\"/></film></sensor>";
+  };
+  const std::string both = sensor("100") + sensor("200");
+  for (const auto& [version, width] : {std::pair("0.6.0", 200), std::pair("2.0.0", 100), std::pair("3.0.0", 100)}) {
+    const Scene scene = read(both, version);
+    EXPECT_EQ(scene.resolution.x, width) << version;
+    ASSERT_EQ(scene.cameras.size(), 2u) << version;
+    EXPECT_EQ(scene.cameras[0].resolution.x, 100) << version;
+  }
+  const std::string last_fails = sensor("100") + sensor("200", "spherical");
+  EXPECT_ERROR(read(last_fails, "0.6.0"), "sensor \"spherical\" is not supported");
+  EXPECT_TRUE(warns(read(last_fails, "3.0.0"), "another sensor, which cannot be used"));
+}
+
+// A box of 2 m x 4 m x 6 m with its middle at (1, 2, 3).
+TEST(MitsubaVersions, WithoutASensorItIsMitsubasOwn) {
+  const std::string box =
+      "<shape type=\"cube\"><transform name=\"to_world\"><scale x=\"1\" y=\"2\" z=\"3\"/><translate x=\"1\" y=\"2\" z=\"3\"/>"
+      "</transform></shape>";
+  const float tan_half = std::tan(pi / 8);
+  for (const auto& [version, widest] : {std::pair("0.6.0", 4.0f), std::pair("2.0.0", 6.0f), std::pair("3.0.0", 6.0f)}) {
+    const Scene scene = read(box, version);
+    EXPECT_TRUE(warns(scene, "the scene has no sensor: Mitsuba's own")) << version;
+    EXPECT_EQ(scene.resolution, ivec2(768, 576));
+    const Ray middle = scene.camera.ray(scene.resolution, {384, 288}, vec2(0));
+    expect_near(middle.origin + scene.origin, {1, 2, -widest / (2 * tan_half)});
+    expect_near(middle.direction, {0, 0, 1});
+    const vec3 right = scene.camera.ray(scene.resolution, {768, 288}, vec2(0)).direction;
+    EXPECT_NEAR(-right.x / right.z, tan_half, 1e-5) << "45 degrees across the width, +x to the left";
+  }
+  const Scene empty = read("<emitter type=\"constant\"/>");
+  expect_near(empty.camera.ray(empty.resolution, {384, 288}, vec2(0)).origin + empty.origin, vec3(0));
+}
+
+}  // namespace
+}  // namespace etendue::mitsuba_test
