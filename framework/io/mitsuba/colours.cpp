@@ -100,7 +100,7 @@ Rgb MitsubaReader::read_spectrum(const XmlElement& element, ColourUse use) {
   if (!element.value("type").empty()) return spectrum_object(element, use);
   SampledSpectrum spectrum;
   if (const std::string file = element.value("filename"); !file.empty())
-    spectrum = spectrum_file(files_.read(file, *element.file, element.where("filename")));
+    spectrum = spectrum_file(files_.read(file, tree_.looked_for_beside(file, *element.file), element.where("filename")));
   else if (element.value("value").find(':') == std::string::npos)
     return triple(element, "value");
   else

@@ -28,8 +28,6 @@ void refuse_old_elements(const XmlElement& element) {
 
 Scene MitsubaReader::read() {
   read_version();
-  for (const XmlElement& child : tree_.root().children)
-    if (child.tag == "path") search_.push_back(child.value("value"));
   tell_of_transforms(tree_.root());
   properties(tree_.root());  // every element and reference is known
   find_camera();
@@ -140,17 +138,16 @@ std::string MitsubaReader::file_name(const Properties& of) {
 }
 
 SceneFiles::File MitsubaReader::read_file_of(const Properties& of) {
-  return search(file_name(of),
-                [&](const std::string& name) { return files_.read(name, *of.element().file, of.where("filename")); });
+  const std::string name = file_name(of);
+  return files_.read(name, tree_.looked_for_beside(name, *of.element().file), of.where("filename"));
 }
 
 RgbImage MitsubaReader::read_image_of(const Properties& of, Encoding encoding) {
-  RgbImage image = search(file_name(of), [&](const std::string& name) {
-    return files_.image(name, *of.element().file, of.where("filename"), encoding);
-  });
+  const std::string name = file_name(of);
+  RgbImage image = files_.image(name, tree_.looked_for_beside(name, *of.element().file), of.where("filename"), encoding);
   if (image.not_finite > 0)
     warn(of.where("filename"),
-         fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0", file_name(of), image.not_finite));
+         fmt::format("'{}' holds NaN or infinity in {} texels, which are taken as 0", name, image.not_finite));
   return image;
 }
 

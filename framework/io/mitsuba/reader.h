@@ -81,19 +81,6 @@ class MitsubaReader {
   RgbImage read_coloured_image(const Properties& of, float gamma);
   static float read_gamma(const Properties& of);
   static std::string file_name(const Properties& of);
-  // Reads by the name as it stands, or in the folders of <path>. What the first try says is told where none succeeds.
-  template <class Read>
-  auto search(const std::string& name, const Read& read) const {
-    try {
-      return read(name);
-    } catch (const Error&) {
-      for (const std::string& folder : search_) try {
-          return read(folder + "/" + name);
-        } catch (const Error&) {
-        }
-      throw;
-    }
-  }
   bool version0() const { return version_ < 2; }
   template <class Handler>
   const Type<Handler>& find_type(std::span<const Type<Handler>> types, const Properties& of) const {
@@ -299,7 +286,6 @@ class MitsubaReader {
   std::map<std::pair<const XmlElement*, float>, std::uint32_t> scene_textures_;
   std::deque<MaterialEntry> materials_;
   std::uint32_t mask_of_nothing_ = no_id;  // of lights that are no surface; once there is one
-  std::vector<std::string> search_;        // folders of <path>
   struct Told {
     Location where;
     std::string what;

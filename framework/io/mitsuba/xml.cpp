@@ -6,18 +6,31 @@
 #include <pugixml.hpp>
 
 #include <algorithm>
+#include <filesystem>
+#include <optional>
 
 namespace etendue {
+
+namespace fs = std::filesystem;
 
 namespace {
 
 constexpr int most_nested = 64;
+constexpr std::size_t most_folders = 100;  // of <path>, each of which is asked for each file
 constexpr std::size_t most_elements = 1'000'000, most_bytes = std::size_t{1} << 26, most_replaced_bytes = std::size_t{1} << 24;
 
 bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
 bool is_lower_or_digit(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
 char lower(char c) { return is_upper(c) ? static_cast<char>(c - 'A' + 'a') : c; }
 bool is_name(char c) { return is_upper(c) || is_lower_or_digit(c) || c == '_'; }
+
+// A file or folder of this name, with its backslashes or with slashes for them.
+std::optional<fs::path> existing_in(const fs::path& folder, std::string name) {
+  std::error_code ignored;
+  if (fs::exists(folder / name, ignored)) return folder / name;
+  std::replace(name.begin(), name.end(), '\\', '/');
+  return fs::exists(folder / name, ignored) ? std::optional(folder / name) : std::nullopt;
+}
 
 std::vector<std::size_t> find_line_starts(std::string_view text) {
   std::vector<std::size_t> starts{0};
@@ -132,10 +145,28 @@ void XmlTree::convert(const Parsing& parsing, const void* opaque, XmlElement& el
 void XmlTree::convert_child(const Parsing& parsing, const void* node, XmlElement& parent, int depth) {
   XmlElement element;
   convert(parsing, node, element, depth + 1);
+  if (element.tag == "path" && depth == 0) add_folder(element);
   if (element.tag == "include")
     include(element, parent, parsing.nested + 1);
   else if (element.tag != "default")
     parent.children.push_back(std::move(element));
+}
+
+// It is relative to the file it stands in, or else to the folders before it, or to the first file.
+void XmlTree::add_folder(const XmlElement& path) {
+  const std::string value = path.value("value"), &here = *path.file;
+  if (value.empty()) throw Error(path.where(), "path: 'value' is missing");
+  if (folders_.size() == most_folders)
+    throw Error(path.where(), fmt::format("the scene names more than {} folders by path", most_folders));
+  for (const std::string& file : {here, looked_for_beside(value, here), files_.first_file()})
+    if (const auto folder = existing_in(fs::path(file).parent_path(), value)) return folders_.push_back(folder->string());
+}
+
+std::string XmlTree::looked_for_beside(const std::string& name, const std::string& named_in) const {
+  if (fs::path(name).is_absolute()) return named_in;
+  for (auto folder = folders_.rbegin(); folder != folders_.rend(); ++folder)
+    if (existing_in(*folder, name)) return *folder + "/";
+  return named_in;
 }
 
 void XmlTree::include(const XmlElement& element, XmlElement& parent, int nested) {
@@ -144,7 +175,9 @@ void XmlTree::include(const XmlElement& element, XmlElement& parent, int nested)
   if (nested > SceneFiles::most_nested_includes)
     throw Error(element.where(), fmt::format("files include each other more than {} deep: does one include itself?",
                                              SceneFiles::most_nested_includes));
-  SceneFiles::File file = files_.include(name, *element.file, element.where("filename"));
+  const std::string& here = *element.file;  // Mitsuba looks beside the including file first
+  const std::string beside = existing_in(fs::path(here).parent_path(), name) ? here : looked_for_beside(name, here);
+  SceneFiles::File file = files_.include(name, beside, element.where("filename"));
   XmlElement included = parse(std::move(file.bytes), file.path, nested);
   if (included.tag != "scene") {
     parent.children.push_back(std::move(included));

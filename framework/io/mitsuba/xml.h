@@ -45,6 +45,9 @@ class XmlTree {
   // Throws Error at `file:line:col`. What a file says is shown in messages only once its root is known as a scene's.
   XmlTree(std::string text, const std::string& path, SceneFiles& files);
   const XmlElement& root() const { return root_; }
+  // The file beside which a file is to be looked for that an element of `named_in` names: one in the last folder of <path> that
+  // has such a file, since Mitsuba looks there before it looks beside the scene, or else `named_in`.
+  std::string looked_for_beside(const std::string& name, const std::string& named_in) const;
 
  private:
   struct Parsing;
@@ -53,12 +56,14 @@ class XmlTree {
   void convert_child(const Parsing& parsing, const void* node, XmlElement& parent, int depth);
   void include(const XmlElement& element, XmlElement& parent, int nested);
   void define(const XmlElement& element);
+  void add_folder(const XmlElement& path);
   void replace_names(XmlElement& element);
   std::string replaced(const XmlElement& element, const XmlAttribute& attribute);
 
   SceneFiles& files_;
   XmlElement root_;
   std::map<std::string, std::string, std::less<>> defaults_;
+  std::vector<std::string> folders_;  // of <path>, in their order
   std::size_t elements_ = 0, replaced_bytes_ = 0;
 };
 
