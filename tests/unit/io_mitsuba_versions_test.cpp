@@ -66,5 +66,45 @@ TEST(MitsubaVersions, WithoutASensorItIsMitsubasOwn) {
   expect_near(empty.camera.ray(empty.resolution, {384, 288}, vec2(0)).origin + empty.origin, vec3(0));
 }
 
+TEST(MitsubaVersions, ChecksOfOpacityChangePlacesFromVersion2On) {
+  const std::string checks = R"(<shape type="rectangle"><bsdf type="mask"><bsdf type="diffuse"/>
+    <texture name="opacity" type="checkerboard"><rgb name="color0" value="1"/><rgb name="color1" value="0"/></texture>
+    </bsdf></shape>)";
+  for (const auto& [version, first] : {std::pair("0.6.0", 1.0f), std::pair("2.0.0", 0.0f), std::pair("3.0.0", 0.0f)}) {
+    const Scene scene = read(checks, version);
+    const Texture& mask = scene.textures.at(scene.objects[0].shapes.at(0).mask);
+    const auto opacity = [&](float u) { return evaluate(mask, {u, 0.25f}).x; };
+    EXPECT_EQ(opacity(0.25f), first) << version;
+    EXPECT_EQ(opacity(0.75f), 1 - first) << version;
+  }
+}
+
+TEST(MitsubaVersions, UvscaleIsTheDefaultOfBothScales) {
+  const auto scale = [](const std::string& more) {
+    const Scene scene = read(
+        "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"checkerboard\">"
+        "<float name=\"uvscale\" value=\"4\"/>" +
+            more + "</texture></bsdf></shape>",
+        "0.6.0");
+    return 0.5f * std::get<CheckerTexture>(scene.textures.at(0)).uv_scale;  // checks are half a unit wide
+  };
+  EXPECT_EQ(scale(""), vec2(4));
+  EXPECT_EQ(scale("<float name=\"uscale\" value=\"1\"/>"), vec2(1, 4));
+  EXPECT_EQ(scale("<float name=\"uscale\" value=\"1\"/><float name=\"vscale\" value=\"2\"/>"), vec2(1, 2));
+}
+
+TEST(MitsubaVersions, EllipticCylindersAreToldOfFromVersion2On) {
+  const auto told = [](const std::string& transform, const std::string& version) {
+    return warns(read("<shape type=\"cylinder\"><transform name=\"to_world\">" + transform + "</transform></shape>", version),
+                 "it stays round");
+  };
+  const std::string uneven = "<scale x=\"1\" y=\"2\" z=\"1\"/>";
+  EXPECT_FALSE(told(uneven, "0.6.0"));
+  EXPECT_TRUE(told(uneven, "2.0.0"));
+  EXPECT_TRUE(told(uneven, "3.0.0"));
+  EXPECT_TRUE(told("<rotate y=\"1\" angle=\"45\"/><scale x=\"1\" y=\"1\" z=\"2\"/>", "3.0.0")) << "slanted";
+  EXPECT_FALSE(told("<scale x=\"2\" y=\"2\" z=\"5\"/><rotate y=\"1\" angle=\"45\"/>", "3.0.0")) << "longer alone";
+}
+
 }  // namespace
 }  // namespace etendue::mitsuba_test

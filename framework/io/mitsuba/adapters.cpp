@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace etendue {
 
@@ -30,6 +31,12 @@ Texture as_scalar(Texture opacity) {
     for (Rgb& texel : image->texels)
       if (unevenness(texel) > 0) texel = Rgb(luminance(texel));
   return opacity;
+}
+
+// From version 2 on Mitsuba's checkerboard has its colours in each other's places where it is asked for a number.
+Texture as_opacity(Texture opacity) {
+  if (auto* checks = std::get_if<CheckerTexture>(&opacity)) std::swap(checks->even, checks->odd);
+  return as_scalar(std::move(opacity));
 }
 
 }  // namespace
@@ -62,7 +69,7 @@ void MitsubaReader::set_mask(const Properties& of, const TextureValue& opacity, 
   if (entry.mask != no_id)
     approximate(of.where(), fmt::format("{}: a mask on a surface that has one already is not supported", of.title()),
                 "the outer one alone");
-  entry.mask = add_texture(varying ? version0() ? *varying : as_scalar(*varying)
+  entry.mask = add_texture(varying ? version0() ? *varying : as_opacity(*varying)
                                    : ImageTexture{.size = {1, 1}, .texels = {Rgb(constant)}});
   entry.textured = entry.textured || varying;
   entry.scene_index.reset();

@@ -47,6 +47,16 @@ struct MeshOfQuadric {
   }
 };
 
+// Does a cylinder stay one under a transform, with round ends across its axis?
+bool stays_round(const Transform& t, const vec3& axis) {
+  const Frame frame = Frame::from_normal(axis);
+  const vec3 x = t.vector(frame.tangent), y = t.vector(frame.bitangent), z = t.vector(axis);
+  const float a = glm::length(x), b = glm::length(y), c = glm::length(z);
+  constexpr float rounding = 1e-4f;
+  return std::abs(a - b) <= rounding * a && std::abs(glm::dot(x, y)) <= rounding * a * b &&
+         std::abs(glm::dot(x, z)) <= rounding * a * c && std::abs(glm::dot(y, z)) <= rounding * b * c;
+}
+
 // Each face has the corners of a unit square as its texture coordinates.
 MeshData cube_faces() {
   constexpr vec3 faces[6][4] = {
@@ -78,7 +88,8 @@ std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
       {"cube", "as it is", &R::cube},
       {"sphere", "as it is; under an uneven scale a sphere all the same, as in Mitsuba (warned)", &R::sphere},
       {"disk", "as it is; with a texture a mesh", &R::disk},
-      {"cylinder", "as it is", &R::cylinder},
+      {"cylinder", "as it is; under an uneven scale elliptic, which Mitsuba 2 and the first of 3 make round (warned)",
+       &R::cylinder},
       {"shapegroup", "as it is", &R::shape_group},
       {"instance", "as it is", &R::instance},
       {"merge", "the shapes in it", &R::merge},
@@ -226,7 +237,13 @@ void MitsubaReader::cylinder(const Properties& of, Group& group) {
   const vec3 p0 = of.point("p0", vec3(0)), p1 = of.point("p1", {0, 0, 1});
   const float length = glm::length(p1 - p0);
   if (!(length > 0) || !std::isfinite(length)) of.fail("p1", "is 'p0': the cylinder has no height");
-  place(Cylinder{p0, of.number("radius", 1, 1e-30f), (p1 - p0) / length, length, false}, of.transform("to_world"), of, group);
+  const Transform t = of.transform("to_world");
+  const vec3 axis = (p1 - p0) / length;
+  if (!version0() && !stays_round(t, axis))
+    warn(of.where("to_world"), of.title() +
+                                   ": 'to_world' distorts it: elliptic or slanted, as in the newer releases of Mitsuba 3; in "
+                                   "Mitsuba 2 and the first of 3 it stays round");
+  place(Cylinder{p0, of.number("radius", 1, 1e-30f), axis, length, false}, t, of, group);
 }
 
 void MitsubaReader::place(const Quadric& quadric, const Transform& to_group, const Properties& of, Group& group) {

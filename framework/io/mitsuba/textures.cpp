@@ -86,9 +86,8 @@ MitsubaReader::TextureValue MitsubaReader::texture(const XmlElement& element) {
 }
 
 MitsubaReader::UvMap MitsubaReader::uv_map(const Properties& of) {
-  UvMap map{{of.number("uscale", 1), of.number("vscale", 1)}, {of.number("uoffset", 0), of.number("voffset", 0)}};
   const float both = of.number("uvscale", 1);
-  map.scale *= both;
+  UvMap map{{of.number("uscale", both), of.number("vscale", both)}, {of.number("uoffset", 0), of.number("voffset", 0)}};
   const Transform to_uv = of.transform("to_uv");
   const vec3 u = to_uv.vector({1, 0, 0}), v = to_uv.vector({0, 1, 0}), at = to_uv.point(vec3(0));
   if (std::abs(u.y) + std::abs(v.x) > 1e-4f * (std::abs(u.x) + std::abs(v.y)))
