@@ -29,6 +29,12 @@ TEST(MitsubaEmitters, AreReadAsOurs) {
   EXPECT_ERROR(read("<emitter type=\"spot\"><float name=\"cutoff_angle\" value=\"0.1\"/></emitter>"), "expected 0.3");
   EXPECT_EQ(light_of<EnvironmentLight>("<emitter type=\"constant\"/>").scale, Rgb(1));
   EXPECT_ERROR(read("<emitter type=\"projector\"/>"), "is not supported");
+  for (const auto& [type, why] :
+       {std::pair("point", "has no place in a shape, only an area light has"), std::pair("projector", "is not supported")}) {
+    const std::string lamp = "<shape type=\"sphere\"><emitter type=\"" + std::string(type) + "\"/></shape>";
+    EXPECT_ERROR(read(lamp), "s.xml:2:22: emitter \"" + std::string(type) + "\" " + why);
+    EXPECT_TRUE(approximated(lamp).lights.empty());
+  }
   EXPECT_EQ(approximated(rectangle + "<emitter type=\"sunsky\"/>").lights.size(), 2u);
 }
 

@@ -44,6 +44,8 @@ TEST(MitsubaCamera, FieldOfViewFollowsItsAxis) {
   EXPECT_NEAR(half_width(fov + "<string name=\"fov_axis\" value=\"diagonal\"/>"), edge * 2 / std::sqrt(5.0f), 1e-5);
   EXPECT_NEAR(half_width("<string name=\"focal_length\" value=\"50mm\"/>"),
               std::sqrt(36.0f * 36 + 24 * 24) / 100 * 2 / std::sqrt(5.0f), 1e-5);
+  EXPECT_ERROR(half_width(fov + "<string name=\"focal_length\" value=\"50mm\"/>"),
+               "'focal_length' stands beside 'fov'; expected the one or the other");
   EXPECT_ERROR(half_width("<string name=\"fov_axis\" value=\"z\"/><float name=\"fov\" value=\"60\"/>"), "unknown axis 'z'");
 }
 
@@ -191,6 +193,8 @@ TEST(MitsubaXml, DefaultsAndReferencesAreResolved) {
 
 TEST(MitsubaXml, MistakesAreToldWithTheirPlace) {
   EXPECT_ERROR(read("<shape type=\"shere\"/>"), "s.xml:2:14: unknown shape 'shere'; did you mean 'sphere'");
+  EXPECT_ERROR(read("<shape/>"), "s.xml:2:1: shape: 'type' is missing");
+  EXPECT_ERROR(read("<shape type=\"sphere\"><bsdf/></shape>"), "s.xml:2:22: bsdf: 'type' is missing");
   EXPECT_ERROR(read("<shape type=\"sphere\">\n  <float name=\"radus\" value=\"1\"/></shape>"),
                "s.xml:3:3: shape \"sphere\": unknown property 'radus'; did you mean 'radius'");
   EXPECT_ERROR(read("<shape type=\"sphere\"><float name=\"radius\" value=\"1x\"/></shape>"), "'1x' is not a number");

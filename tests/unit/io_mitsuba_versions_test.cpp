@@ -106,5 +106,66 @@ TEST(MitsubaVersions, EllipticCylindersAreToldOfFromVersion2On) {
   EXPECT_FALSE(told("<scale x=\"2\" y=\"2\" z=\"5\"/><rotate y=\"1\" angle=\"45\"/>", "3.0.0")) << "longer alone";
 }
 
+TEST(MitsubaVersions, UnknownValuesHaveNoEffectBeforeVersion2) {
+  const std::string metal = "<shape type=\"rectangle\"><bsdf type=\"roughconductor\">", end = "</bsdf></shape>";
+  const std::string unknown = metal + "<rgb name=\"diffuseReflectance\" value=\"0.3\"/>" + end;
+  EXPECT_TRUE(warns(read(unknown, "0.6.0"),
+                    "s.xml:2:53: bsdf \"roughconductor\": 'diffuseReflectance' has no effect, as in Mitsuba 0.x"));
+  for (const char* version : {"2.0.0", "3.0.0"}) EXPECT_ERROR(read(unknown, version), "unknown property 'diffuseReflectance'");
+  EXPECT_ERROR(read(metal + "<float name=\"alpa\" value=\"0.3\"/>" + end, "0.6.0"),
+               "unknown property 'alpa'; did you mean 'alpha'");
+  EXPECT_ERROR(read(metal + "<texture name=\"bump\" type=\"checkerboard\"/>" + end, "0.6.0"), "unknown property 'bump'")
+      << "objects that have no place are an error in all versions";
+  EXPECT_ERROR(read("<shape type=\"rectangle\"><film type=\"hdrfilm\"/></shape>", "0.6.0"), "a film has no place in it");
+}
+
+TEST(MitsubaVersions, ScalesOfLightsAndBumpsAreOfLaterVersions) {
+  const std::string scale = "<float name=\"scale\" value=\"5\"/>";
+  const std::string told = "'scale' has no effect, as in Mitsuba 0.x";
+  const std::string lamp = "<shape type=\"rectangle\"><emitter type=\"area\">" + scale + "</emitter></shape>";
+  EXPECT_EQ(std::get<AreaLight>(read(lamp, "0.6.0").lights.at(0)).radiance, Rgb(1));
+  EXPECT_TRUE(warns(read(lamp, "0.6.0"), told));
+  EXPECT_EQ(std::get<AreaLight>(read(lamp).lights.at(0)).radiance, Rgb(5));
+  for (const char* type : {"point", "spot", "directional", "constant"})
+    EXPECT_TRUE(warns(read(rectangle + "<emitter type=\"" + type + "\">" + scale + "</emitter>", "0.6.0"), told)) << type;
+  EXPECT_EQ(std::get<PointLight>(read("<emitter type=\"point\">" + scale + "</emitter>", "0.6.0").lights.at(0)).intensity,
+            Rgb(1));
+  const std::string bump = "<shape type=\"rectangle\"><bsdf type=\"bumpmap\">" + scale +
+                           "<texture type=\"checkerboard\"/><bsdf type=\"diffuse\"/></bsdf></shape>";
+  EXPECT_EQ(read(bump, "0.6.0").reliefs.at(0).scale, 1);
+  EXPECT_TRUE(warns(read(bump, "0.6.0"), told));
+  EXPECT_EQ(read(bump).reliefs.at(0).scale, 5);
+}
+
+TEST(MitsubaVersions, NamesMayBeGivenTwiceBeforeVersion2) {
+  const std::string labels =
+      "<shape type=\"sphere\" name=\"a\"/><shape type=\"sphere\" name=\"a\"><bsdf type=\"diffuse\" name=\"m\"/>"
+      "<emitter type=\"area\" name=\"m\"/></shape>";
+  const Scene scene = read(labels, "0.6.0");
+  EXPECT_EQ(scene.objects[0].shapes.size(), 2u);
+  EXPECT_EQ(scene.lights.size(), 1u);
+  EXPECT_FALSE(warns(scene, "given twice"));
+  EXPECT_ERROR(read(labels), "given twice");
+  const std::string radii =
+      "<shape type=\"sphere\"><float name=\"radius\" value=\"1\"/><float name=\"radius\" value=\"2\"/></shape>";
+  const Scene last = read(radii, "0.6.0");
+  EXPECT_EQ(std::get<Sphere>(last.objects[0].geometry.quadrics.at(0)).radius, 2);
+  EXPECT_TRUE(warns(last, "shape \"sphere\": 'radius' is given twice"));
+  EXPECT_ERROR(read(radii), "given twice");
+  const std::string texture = "<texture name=\"reflectance\" type=\"checkerboard\"/>",
+                    colour = "<rgb name=\"reflectance\" value=\"0.1\"/>";
+  for (const std::string& both : {texture + colour, colour + texture})
+    EXPECT_FALSE(material_of<Diffuse>("<bsdf type=\"diffuse\">" + both + "</bsdf>", "0.6.0").reflectance.is_constant());
+}
+
+TEST(MitsubaVersions, TypesMayBeInCapitalsBeforeVersion2) {
+  EXPECT_EQ(read("<shape type=\"Rectangle\"><bsdf type=\"Diffuse\"/></shape>", "0.6.0").objects[0].shapes.size(), 1u);
+  EXPECT_ERROR(read("<shape type=\"Rectangle\"/>"), "unknown shape 'Rectangle'; did you mean 'rectangle'");
+  const std::string flipped = "<shape type=\"rectangle\"><boolean name=\"flip_normals\" value=\"TRUE\"/></shape>";
+  EXPECT_TRUE(read(flipped).objects[0].shapes.at(0).flip_normal);
+  const std::string none = "<bsdf type=\"conductor\"><string name=\"material\" value=\"None\"/></bsdf>";
+  for (const char* version : {"0.6.0", "3.0.0"}) EXPECT_TRUE(material_of<Conductor>(none, version).ideal) << version;
+}
+
 }  // namespace
 }  // namespace etendue::mitsuba_test

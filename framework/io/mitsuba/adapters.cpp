@@ -97,7 +97,8 @@ void MitsubaReader::read_relief(const XmlElement& element, Relief::Kind kind, fl
 MitsubaReader::MaterialEntry MitsubaReader::bump(const Properties& of) {
   MaterialEntry entry = nested_bsdf(of);
   const bool is_normals = of.type() == "normalmap";
-  const float scale = is_normals ? 1 : number(of, "scale", 1, -1e6f, 1e6f);
+  if (version0()) have_no_effect(of, {"scale"}, "as in Mitsuba 0.x: a scale texture has it");
+  const float scale = is_normals || version0() ? 1 : number(of, "scale", 1, -1e6f, 1e6f);
   const auto maps = of.objects({"texture"});
   if (maps.size() != 1)
     throw Error(of.where(), fmt::format("{}: has {} textures in it; expected one", of.title(), maps.size()));

@@ -145,10 +145,7 @@ std::uint32_t MitsubaReader::bsdf(const XmlElement& element) {
     MaterialEntry made = (this->*find_type(bsdf_types(), of).handler)(of);
     conserves_energy_ = before;
     if (version0() && is_smooth(of.type()))
-      for (const std::string_view name : {"alpha", "alpha_u", "alpha_v", "distribution"})
-        if (of.has(name))
-          warn(of.where(name),
-               fmt::format("{}: '{}' has no effect, as in Mitsuba: only rough bsdfs have it", of.title(), name));
+      have_no_effect(of, {"alpha", "alpha_u", "alpha_v", "distribution"}, "as in Mitsuba: only rough bsdfs have it");
     of.finish();
     materials_.push_back(std::move(made));
     bsdfs_[&element] = static_cast<std::uint32_t>(materials_.size() - 1);
@@ -286,7 +283,7 @@ void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
   metal.eta = Rgb(0);
   metal.k = Rgb(1) / outside;
   // What is not stated is the named metal's before version 2.
-  if (!version0() && of.string("material", "none") != "none")
+  if (!version0() && in_lower_case(of.string("material", "none")) != "none")
     of.fail("material", "stands beside 'eta' or 'k'; expected the one or the other");
   if (version0() && !(has_eta && has_k)) named_metal(of, outside, metal);
   if (has_eta) metal.eta = colour(of, "eta", Rgb(0), ColourUse::index) / outside;
@@ -300,7 +297,7 @@ void MitsubaReader::index_of_metal(const Properties& of, Conductor& metal) {
 // Versions 2 and 3 have a mirror where nothing is said, earlier ones copper.
 void MitsubaReader::named_metal(const Properties& of, float outside, Conductor& metal) {
   const std::string name = of.string("material", version0() ? "Cu" : "none");
-  metal.ideal = name == "none";
+  metal.ideal = in_lower_case(name) == "none";
   if (metal.ideal) return;
   // Most are there by another measurement as well.
   const std::string plain = name.ends_with("_palik") ? name.substr(0, name.size() - 6) : name;

@@ -71,8 +71,15 @@ void MitsubaReader::emitter(const XmlElement& element) {
   of.finish();
 }
 
+// Before version 2 environments and skies alone have a `scale`.
+float MitsubaReader::scale_of(const Properties& of) {
+  if (!version0()) return of.number("scale", 1, 0);
+  have_no_effect(of, {"scale"}, "as in Mitsuba 0.x");
+  return 1;
+}
+
 Rgb MitsubaReader::emitted(const Properties& of, std::string_view name) {
-  const Rgb value = of.number("scale", 1, 0) * colour(of, name, Rgb(1), ColourUse::light);
+  const Rgb value = scale_of(of) * colour(of, name, Rgb(1), ColourUse::light);
   if (!is_finite(value) || max_component(value) > brightest)
     of.fail(name, fmt::format("is {:g}; expected {:g} at most", max_component(value), brightest));
   return value;
@@ -178,9 +185,11 @@ void MitsubaReader::sky(const Properties& of) {
   of.ignore_all();
 }
 
-void MitsubaReader::left_out_emitter(const Properties& of) {
+void MitsubaReader::left_out_emitter(const Properties& of) { leave_out_emitter(of, "is not supported"); }
+
+void MitsubaReader::leave_out_emitter(const Properties& of, std::string_view why) {
   of.ignore_all();
-  approximate(of.where(), fmt::format("{} is not supported", of.title()), "nothing: its light is missing");
+  approximate(of.where(), fmt::format("{} {}", of.title(), why), "nothing: its light is missing");
 }
 
 std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& shape, bool has_uvs) {
@@ -191,7 +200,8 @@ std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& sha
   const Properties of = properties(*found[0]);
   const EmitterType& type = find_type(emitter_types(), of);
   if (type.handler) {
-    left_out_emitter(of);
+    leave_out_emitter(of, type.handler == &MitsubaReader::left_out_emitter ? "is not supported"
+                                                                           : "has no place in a shape, only an area light has");
     return std::nullopt;
   }
   leave_out_media(of);
@@ -200,7 +210,7 @@ std::optional<ShapeLook::Glow> MitsubaReader::area_emitter(const Properties& sha
   ShapeLook::Glow glow{Rgb(0), false};
   const TextureValue value = element && !is_colour(*element) && has_uvs ? texture(*element) : TextureValue(Rgb(0));
   if (const auto* image = std::get_if<Texture>(&value)) {
-    glow.radiance = Rgb(of.number("scale", 1, 0));
+    glow.radiance = Rgb(scale_of(of));
     glow.texture = image_of_light(*image, glow.radiance);
     if (max_component(glow.radiance) > brightest)
       of.fail("radiance", fmt::format("is {:g}; expected {:g} at most", max_component(glow.radiance), brightest));

@@ -1,5 +1,6 @@
 #include "framework/io/mitsuba/properties.h"
 
+#include "framework/core/lists.h"
 #include "framework/io/text.h"
 
 #include <fmt/format.h>
@@ -18,17 +19,18 @@ constexpr std::array objects{"bsdf",       "shape",   "emitter", "luminaire", "s
                              "integrator", "texture", "medium",  "volume",    "phase",  "rfilter", "subsurface"};
 constexpr std::array others{"ref", "alias", "path"};
 
-template <class List>
-bool contains(const List& list, std::string_view word) {
-  return std::find(list.begin(), list.end(), word) != list.end();
-}
-
 void check_tag(const XmlElement& element) {
   if (contains(values, element.tag) || contains(objects, element.tag) || contains(others, element.tag)) return;
   std::vector<std::string> names(values.begin(), values.end());
   names.insert(names.end(), objects.begin(), objects.end());
   names.insert(names.end(), others.begin(), others.end());
   throw Error(element.where(), unknown_name("element", element.tag, names));
+}
+
+// Before version 2 the names of other objects are labels.
+bool is_found_by_name(const XmlElement& element) {
+  return contains(values, element.tag) || element.tag == "texture" || element.tag == "medium" || element.tag == "volume" ||
+         element.tag == "phase";
 }
 
 bool is_same(const XmlElement& a, const XmlElement& b) {
@@ -64,7 +66,9 @@ const XmlElement& XmlIds::find(const XmlElement& ref) const {
   throw Error(where, unknown_name("id", id, names));
 }
 
-Properties::Properties(const XmlElement& element, const XmlIds& ids) : element_(element), type_(element.value("type")) {
+Properties::Properties(const XmlElement& element, const XmlIds& ids, const Tell* lenient)
+    : element_(element), lenient_(lenient), type_(element.value("type")) {
+  if (lenient_) type_ = in_lower_case(type_);
   std::set<std::string> names;
   for (const XmlElement& child : element.children) {
     check_tag(child);
@@ -73,7 +77,8 @@ Properties::Properties(const XmlElement& element, const XmlIds& ids) : element_(
     if (child.tag == "ref") entry.meant = &ids.find(child);
     if (entry.name.empty() && contains(values, child.tag))
       throw Error(child.where(), fmt::format("{}: 'name' is missing", child.tag));
-    if (!entry.name.empty() && !names.insert(entry.name).second)
+    if (lenient_ && !is_found_by_name(*entry.meant)) entry.name.clear();
+    if (!lenient_ && !entry.name.empty() && !names.insert(entry.name).second)
       throw Error(child.where(), fmt::format("{}: '{}' is given twice", title(), child.value("name")));
     entries_.push_back(std::move(entry));
   }
@@ -83,12 +88,13 @@ std::string Properties::title() const { return type_.empty() ? element_.tag : fm
 
 const Properties::Entry* Properties::find(std::string_view name) const {
   asked_.emplace(name);
-  for (const Entry& entry : entries_)
-    if (entry.name == name) {
-      entry.used = true;
-      return &entry;
-    }
-  return nullptr;
+  const Entry* found = nullptr;
+  for (const Entry& entry : entries_) {
+    if (entry.name != name) continue;
+    entry.used = true;
+    if (!found || contains(values, found->meant->tag) || !contains(values, entry.meant->tag)) found = &entry;
+  }
+  return found;
 }
 
 Location Properties::where(std::string_view name) const {
@@ -136,8 +142,8 @@ bool Properties::boolean(std::string_view name, bool otherwise) const {
   const Entry* entry = find_typed(name, {"boolean"}, "a boolean");
   if (!entry) return otherwise;
   const std::string value = entry->meant->value("value");
-  if (value == "true" || value == "True") return true;
-  if (value == "false" || value == "False") return false;
+  if (in_lower_case(value) == "true") return true;
+  if (in_lower_case(value) == "false") return false;
   fail(name, fmt::format("is {}; expected true or false", quote(value)));
 }
 
@@ -205,14 +211,27 @@ void Properties::finish_but_for_others() const {
 }
 
 void Properties::finish() const {
+  const std::vector<std::string> known(asked_.begin(), asked_.end());
   for (const Entry& entry : entries_) {
     if (entry.used) continue;
     if (entry.name.empty())
       throw Error(entry.written->where(), fmt::format("{}: a {} has no place in it", title(), entry.meant->tag));
-    throw Error(entry.written->where(), fmt::format("{}: {}", title(),
-                                                    unknown_name("property", entry.written->value("name"),
-                                                                 std::vector<std::string>(asked_.begin(), asked_.end()))));
+    const std::string name = entry.written->value("name");
+    if (!lenient_ || !contains(values, entry.meant->tag) || !nearest_names(entry.name, known, 1).empty())
+      throw Error(entry.written->where(), fmt::format("{}: {}", title(), unknown_name("property", name, known)));
+    (*lenient_)(entry.written->where(), fmt::format("{}: {} has no effect, as in Mitsuba 0.x", title(), quote(name)));
   }
+  if (lenient_) tell_of_doubles();
+}
+
+void Properties::tell_of_doubles() const {
+  std::set<std::string_view> names;
+  for (const Entry& entry : entries_)
+    if (!entry.name.empty() && !names.insert(entry.name).second)
+      (*lenient_)(entry.written->where(),
+                  fmt::format("{}: '{}' is given twice: as in Mitsuba 0.x the last counts, and a texture "
+                              "before a value",
+                              title(), entry.name));
 }
 
 }  // namespace etendue

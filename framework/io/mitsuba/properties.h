@@ -4,6 +4,7 @@
 #include "framework/io/mitsuba/xml.h"
 #include "framework/scene/transform.h"
 
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -27,9 +28,14 @@ class XmlIds {
 };
 
 // Names are given in snake case. What no function asked for is an error at finish().
+//
+// Before version 2 Mitsuba is lenient, and a reader of such files gives a function that takes its warnings. Types may then be
+// written in capitals; names of objects are labels that may be given twice; of values of one name the last counts, and a
+// texture before them; and values that no function asked for have no effect, unless their names look like known ones.
 class Properties {
  public:
-  Properties(const XmlElement& element, const XmlIds& ids);
+  using Tell = std::function<void(const Location&, const std::string&)>;
+  Properties(const XmlElement& element, const XmlIds& ids, const Tell* lenient = nullptr);
 
   const XmlElement& element() const { return element_; }
   const std::string& type() const { return type_; }
@@ -69,10 +75,12 @@ class Properties {
     const XmlElement* meant;  // another behind a reference
     mutable bool used = false;
   };
+  void tell_of_doubles() const;
   const Entry* find(std::string_view name) const;
   const Entry* find_typed(std::string_view name, std::initializer_list<std::string_view> tags, std::string_view expected) const;
 
   const XmlElement& element_;
+  const Tell* lenient_;
   std::string type_;
   std::vector<Entry> entries_;
   mutable std::set<std::string, std::less<>> asked_;  // the names that are known here

@@ -109,6 +109,11 @@ void MitsubaReader::warn(const Location& where, const std::string& what) {
     ++told_[entry->second].count;
 }
 
+void MitsubaReader::have_no_effect(const Properties& of, std::initializer_list<std::string_view> names, std::string_view why) {
+  for (const std::string_view name : names)
+    if (of.has(name)) warn(of.where(name), fmt::format("{}: '{}' has no effect, {}", of.title(), name, why));
+}
+
 void MitsubaReader::approximate(const Location& where, const std::string& what, const std::string& taken) {
   files_.approximations().take(where, what, taken);
 }

@@ -74,7 +74,9 @@ class MitsubaReader {
   void approximate(const Location& where, const std::string& what, const std::string& taken);
   void leave_out_media(const Properties& of);
   void tell_of_transforms(const XmlElement& element);
-  Properties properties(const XmlElement& element) const { return {element, ids_}; }
+  Properties properties(const XmlElement& element) const { return {element, ids_, version0() ? &tell_ : nullptr}; }
+  // Marks properties that change nothing here, as in Mitsuba, and tells of those that are given.
+  void have_no_effect(const Properties& of, std::initializer_list<std::string_view> names, std::string_view why);
   SceneFiles::File read_file_of(const Properties& of);
   RgbImage read_image_of(const Properties& of, Encoding encoding);
   // `gamma`: the exponent by which integers encode colours; -1: as sRGB; 0: as the file says.
@@ -84,6 +86,7 @@ class MitsubaReader {
   bool version0() const { return version_ < 2; }
   template <class Handler>
   const Type<Handler>& find_type(std::span<const Type<Handler>> types, const Properties& of) const {
+    if (of.type().empty()) throw Error(of.where(), of.element().tag + ": 'type' is missing");
     std::vector<std::string> names;
     for (const auto& type : types) {
       if (type.name == of.type()) return type;
@@ -225,10 +228,13 @@ class MitsubaReader {
   void environment(const Properties& of);
   void sky(const Properties& of);
   void left_out_emitter(const Properties& of);
+  void leave_out_emitter(const Properties& of, std::string_view why);
+  float scale_of(const Properties& of);
   void add_light(const Properties& of, Light light, const Rgb& emitted);
   Rgb emitted(const Properties& of, std::string_view name);
   vec3 placed_point(const Properties& of, const Transform& t, const vec3& p) const;
 
+  const Properties::Tell tell_ = [this](const Location& where, const std::string& what) { warn(where, what); };
   SceneFiles files_;
   XmlTree tree_;
   XmlIds ids_;

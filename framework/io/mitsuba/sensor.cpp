@@ -88,6 +88,7 @@ float MitsubaReader::field_of_view(const Properties& of) const {
   const vec2 size(scene_.resolution);
   std::string axis = in_lower_case(of.string("fov_axis", "x"));
   float angle = of.number("fov", 0, 1e-3f, 179.9f) * degrees;
+  if (of.has("fov") && of.has("focal_length")) of.fail("focal_length", "stands beside 'fov'; expected the one or the other");
   if (!of.has("fov")) {
     std::string length = of.string("focal_length", "50mm");
     if (length.ends_with("mm")) length.resize(length.size() - 2);

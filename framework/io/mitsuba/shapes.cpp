@@ -292,7 +292,7 @@ void MitsubaReader::shape_group(const Properties& of, Group& group) {
 void MitsubaReader::instance(const Properties& of, Group& group) {
   if (!group.in_world) throw Error(of.where(), "an instance inside a shapegroup: instances do not nest");
   const auto found = of.objects({"shape"});
-  if (found.size() != 1 || found[0]->value("type") != "shapegroup")
+  if (found.size() != 1 || properties(*found[0]).type() != "shapegroup")
     throw Error(of.where(), fmt::format("{}: expected one reference to a shapegroup", of.title()));
   const Transform to_world = of.transform("to_world");
   shape(*found[0], group);  // it may stand behind its instances

@@ -88,6 +88,10 @@ MitsubaReader::TextureValue MitsubaReader::texture(const XmlElement& element) {
 MitsubaReader::UvMap MitsubaReader::uv_map(const Properties& of) {
   const float both = of.number("uvscale", 1);
   UvMap map{{of.number("uscale", both), of.number("vscale", both)}, {of.number("uoffset", 0), of.number("voffset", 0)}};
+  if (version0()) {
+    have_no_effect(of, {"to_uv"}, "as in Mitsuba 0.x");
+    return map;
+  }
   const Transform to_uv = of.transform("to_uv");
   const vec3 u = to_uv.vector({1, 0, 0}), v = to_uv.vector({0, 1, 0}), at = to_uv.point(vec3(0));
   if (std::abs(u.y) + std::abs(v.x) > 1e-4f * (std::abs(u.x) + std::abs(v.y)))
@@ -116,7 +120,8 @@ RgbImage MitsubaReader::read_coloured_image(const Properties& of, float gamma) {
 
 MitsubaReader::TextureValue MitsubaReader::bitmap(const Properties& of) {
   const float gamma = read_gamma(of);
-  const bool raw = of.boolean("raw", gamma == 1), has_gamma = gamma != 0 && gamma != 1;
+  if (version0()) have_no_effect(of, {"raw"}, "as in Mitsuba 0.x");
+  const bool raw = version0() ? gamma == 1 : of.boolean("raw", gamma == 1), has_gamma = gamma != 0 && gamma != 1;
   const std::string channel = in_lower_case(of.string("channel", "all"));
   const bool of_alpha = channel == "a";
   const std::size_t component = std::string_view("rgb").find(channel);
