@@ -167,5 +167,33 @@ TEST(MitsubaVersions, TypesMayBeInCapitalsBeforeVersion2) {
   for (const char* version : {"0.6.0", "3.0.0"}) EXPECT_TRUE(material_of<Conductor>(none, version).ideal) << version;
 }
 
+// Three parts of 1, 2 and 3 triangles. Mitsuba gives a part its number where the next one begins.
+TEST(MitsubaVersions, OnePartOfAnObjMayBeTakenBeforeVersion2) {
+  const TestDirectory directory;
+  const std::string parts =
+      "v 3 0 0\nv 2 2 0\nv 0 3 0\nv -2 2 0\nv -3 0 0\nv -2 -2 0\nv 0 -3 0\nv 2 -2 0\n"
+      "f 1 2 3\ng second\nf 1 3 4\nf 1 4 5\ng third\nf 1 5 6\nf 1 6 7\nf 1 7 8\n";
+  const auto read_part = [&](const std::string& obj, const std::string& index, const std::string& version = "0.6.0") {
+    directory.write("m.obj", obj);
+    return parse_mitsuba(
+        scene_text("<shape type=\"obj\"><string name=\"filename\" value=\"m.obj\"/><integer name=\"shapeIndex\" "
+                   "value=\"" +
+                       index + "\"/></shape>",
+                   version),
+        directory.path("s.xml"));
+  };
+  const auto triangles = [&](const std::string& obj, const std::string& index) {
+    return read_part(obj, index).objects[0].geometry.triangles.size();
+  };
+  EXPECT_EQ(triangles(parts, "-1"), 6u);
+  EXPECT_EQ(triangles(parts, "0"), 1u);
+  EXPECT_EQ(triangles(parts, "1"), 5u) << "the last part comes with the one before it";
+  EXPECT_TRUE(warns(read_part(parts, "1"), "as in Mitsuba the last part comes with this one"));
+  EXPECT_ERROR(read_part(parts, "2"), "'shape_index' is 2; 'm.obj' has 2 parts");
+  EXPECT_EQ(triangles(parts + "g end\n", "1"), 2u);
+  EXPECT_EQ(triangles(parts + "g end\n", "2"), 3u);
+  EXPECT_ERROR(read_part(parts, "0", "3.0.0"), "unknown property 'shapeIndex'");
+}
+
 }  // namespace
 }  // namespace etendue::mitsuba_test

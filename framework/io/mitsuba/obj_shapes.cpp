@@ -1,9 +1,11 @@
 // OBJ files. Before version 2 the lines g and usemtl set meshes of their own apart, in each of which vertices of the same place
 // are one, and normals that the file does not have are smooth within each. A bsdf with a name is that of the faces of this
-// material; one without a name is that of all faces. Later versions ask for none of this.
+// material; one without a name is that of all faces. shape_index takes one mesh alone. Later versions ask for
+// none of this.
 
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mitsuba/reader.h"
+#include "framework/io/text.h"
 
 #include <fmt/format.h>
 
@@ -15,9 +17,44 @@ namespace etendue {
 
 namespace {
 
+constexpr int most_parts = 1 << 24;
+
 bool is_named(const std::pair<std::string, const XmlElement*>& bsdf) { return !bsdf.first.empty(); }
 
+// Does a line that begins a part follow the last face?
+bool ends_with_part(std::string_view text) {
+  bool begins = false;
+  for (WordReader words(text); !words.at_end(); words.next_line()) {
+    const std::string_view first = words.word();
+    if (first == "f")
+      begins = false;
+    else if (first == "g" || first == "usemtl")
+      begins = true;
+  }
+  return begins;
+}
+
 }  // namespace
+
+// Mitsuba gives a part its number where the next one begins, so that the last one comes with the part before it.
+void MitsubaReader::take_obj_part(const Properties& of, std::string_view text, std::vector<ObjPart>& parts) {
+  const auto index = static_cast<std::size_t>(of.integer("shape_index", 0, 0, most_parts));
+  const bool all_numbered = !of.boolean("collapse", false) && ends_with_part(text);
+  const std::size_t numbered = all_numbered ? parts.size() : parts.size() - 1;
+  if (index >= numbered)
+    of.fail("shape_index", fmt::format("is {}; '{}' has {} parts behind which g or usemtl follows, and Mitsuba loads no other",
+                                       index, file_name(of), numbered));
+  TriangleMesh &front = parts.front().mesh, &first = parts[index].mesh;
+  if (index > 0) {  // what is told of the whole file stands in its first part
+    first.names_materials = front.names_materials;
+    first.warnings.insert(first.warnings.end(), front.warnings.begin(), front.warnings.end());
+  }
+  if (!all_numbered && index + 1 == numbered)
+    warn(of.where("shape_index"), fmt::format("'{}': as in Mitsuba the last part comes with this one", file_name(of)));
+  else
+    parts.resize(index + 1);
+  parts.erase(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(index));
+}
 
 void MitsubaReader::obj_mesh(const Properties& of, Group& group) {
   const bool loads_materials = of.boolean("load_materials", true);
@@ -30,19 +67,23 @@ void MitsubaReader::obj_parts(const Properties& of, Group& group, bool loads_mat
   const SceneFiles::File file = read_file_of(of);
   const std::string title = "'" + of.string("filename", "") + "'";
   auto bsdfs = of.named_objects("bsdf");
-  std::vector<ObjPart> parts;
-  try {
-    parts = parse_obj_parts(file.bytes, file.path, !of.boolean("collapse", false));
-    forget_names_of_no_part(of, parts, bsdfs);
-    const bool by_name = std::ranges::any_of(bsdfs, is_named);
-    if (const bool own = of.boolean("face_normals", false) ||
-                         std::ranges::none_of(parts, [](const ObjPart& part) { return part.mesh.normals.empty(); });
-        !by_name && own) {
-      parts.clear();
-      parts.push_back({"", parse_obj(file.bytes, file.path, Polygons::fans)});
+  const auto parsed = [&](const auto& parse) {
+    try {
+      return parse();
+    } catch (const Error& e) {
+      throw Error(of.where("filename"), e.what());
     }
-  } catch (const Error& e) {
-    throw Error(of.where("filename"), e.what());
+  };
+  const bool apart = !of.boolean("collapse", false), takes_one = of.integer("shape_index", -1, -1, most_parts) >= 0;
+  std::vector<ObjPart> parts = parsed([&] { return parse_obj_parts(file.bytes, file.path, apart); });
+  if (takes_one) take_obj_part(of, file.bytes, parts);
+  forget_names_of_no_part(of, parts, bsdfs);
+  const bool by_name = std::ranges::any_of(bsdfs, is_named);
+  const bool own = of.boolean("face_normals", false) ||
+                   std::ranges::none_of(parts, [](const ObjPart& part) { return part.mesh.normals.empty(); });
+  if (!by_name && own && !takes_one) {
+    parts.clear();
+    parts.push_back({"", parsed([&] { return parse_obj(file.bytes, file.path, Polygons::fans); })});
   }
   if (parts.size() > 1 && of.has_object({"emitter", "luminaire"}))
     throw Error(of.where(), fmt::format("{}: has {} parts, of which Mitsuba lets none emit light", of.title(), parts.size()));

@@ -119,6 +119,7 @@ class MitsubaReader {
   // obj_shapes.cpp
   void obj_mesh(const Properties& of, Group& group);
   void obj_parts(const Properties& of, Group& group, bool loads_materials);
+  void take_obj_part(const Properties& of, std::string_view text, std::vector<ObjPart>& parts);
   void forget_names_of_no_part(const Properties& of, std::span<const ObjPart> parts,
                                std::vector<std::pair<std::string, const XmlElement*>>& bsdfs);
 

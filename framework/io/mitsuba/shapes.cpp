@@ -80,7 +80,7 @@ std::span<const MitsubaReader::ShapeType> MitsubaReader::shape_types() {
   static constexpr ShapeType table[] = {
       {"obj",
        "as it is, polygons as fans of their first corner, without its own materials; before version 2 a bsdf for each of them "
-       "by its name; max_smooth_angle approximated by smooth normals",
+       "by its name, and one part by shape_index; max_smooth_angle approximated by smooth normals",
        &R::obj_mesh},
       {"ply", "as it is", &R::ply_mesh},
       {"serialized", "versions 3 and 4, by shape_index", &R::serialized_mesh},
