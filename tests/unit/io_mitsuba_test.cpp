@@ -350,11 +350,24 @@ TEST(MitsubaShapes, MergedShapesAreReadOneByOne) {
 
 TEST(MitsubaShapes, AnimationsAreRefusedOrStandStill) {
   const std::string moving =
-      R"(<shape type="sphere"><animation name="to_world"><transform time="0"><translate x="3"/></transform>
-    <transform time="1"><translate x="5"/></transform></animation></shape>)";
-  EXPECT_ERROR(read(moving), "an animation is not supported");
-  const Scene still = approximated(moving);
-  expect_near(std::get<Sphere>(still.objects[0].geometry.quadrics.at(0)).centre + still.origin, {3, 0, 0});
+      R"(<shape type="sphere"><animation name="to_world"><transform time="1"><translate x="5"/></transform>
+    <transform time="0"><translate x="3"/></transform></animation></shape>)";
+  const auto seen = [](const std::string& open, const std::string& close) {
+    return "<sensor type=\"perspective\"><float name=\"shutter_open\" value=\"" + open +
+           "\"/><float name=\"shutter_close\" value=\"" + close + "\"/></sensor>";
+  };
+  for (const std::string& sensor : {seen("0", "1"), seen("0.5", "0.5"), seen("0", "0") + seen("0", "0.1")}) {
+    EXPECT_ERROR(read(sensor + moving), "an animation is not supported");
+    EXPECT_TRUE(warns(approximated(sensor + moving), "an animation is not supported"));
+  }
+  for (const std::string& sensor : {std::string(), seen("0", "0"), seen("-1", "-1")}) {
+    const Scene still = read(sensor + moving);
+    expect_near(std::get<Sphere>(still.objects[0].geometry.quadrics.at(0)).centre + still.origin, {3, 0, 0});
+    EXPECT_FALSE(warns(still, "animation"));
+  }
+  const std::string one = R"(<shape type="sphere"><animation name="to_world"><transform time="7"><translate x="5"/></transform>
+    </animation></shape>)";
+  EXPECT_FALSE(warns(read(seen("0", "1") + one), "animation"));
   EXPECT_ERROR(approximated("<shape type=\"sphere\"><animation name=\"to_world\"/></shape>"), "expected transforms");
 }
 

@@ -161,9 +161,11 @@ Transform Properties::transform(std::string_view name) const {
   const Entry* entry = find_typed(name, {"transform", "animation"}, "a transform");
   if (!entry) return Transform();
   if (entry->meant->tag == "transform") return read_transform(*entry->meant);
-  if (entry->meant->children.empty() || entry->meant->children[0].tag != "transform")
+  const std::vector<XmlElement>& keys = entry->meant->children;
+  if (keys.empty() || !std::ranges::all_of(keys, [](const XmlElement& key) { return key.tag == "transform"; }))
     throw Error(entry->meant->where(), "animation: expected transforms");
-  return read_transform(entry->meant->children[0]);
+  const auto time = [](const XmlElement& key) { return key.find("time") ? read_number(key, "time") : 0; };
+  return read_transform(*std::ranges::min_element(keys, {}, time));
 }
 
 const XmlElement* Properties::element(std::string_view name) const {

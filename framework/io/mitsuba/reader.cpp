@@ -17,6 +17,25 @@ constexpr std::string_view before_0_4 =
 
 bool is_sensor(const XmlElement& element) { return element.tag == "sensor" || element.tag == "camera"; }
 
+// The latest time at which a sensor in an element sees the scene, and infinity where one sees it for a while.
+float latest_view(const XmlElement& element) {
+  float open = 0, close = 0, latest = 0;
+  for (const XmlElement& child : element.children) {
+    latest = std::max(latest, latest_view(child));
+    const std::string name = is_sensor(element) ? snake_case(child.value("name")) : "";
+    if (name == "shutter_open" || name == "shutter_close")
+      (name == "shutter_open" ? open : close) = read_number(child, "value");
+  }
+  return close > open ? infinity : std::max(latest, open);
+}
+
+// Up to its first time Mitsuba takes an animation for its first transform.
+bool stands_still(const XmlElement& animation, float until) {
+  return std::ranges::all_of(animation.children, [&](const XmlElement& key) {
+    return animation.children.size() == 1 || (key.find("time") && read_number(key, "time") >= until);
+  });
+}
+
 // Throws Error where an element stands in it that only versions before 0.4 have.
 void refuse_old_elements(const XmlElement& element) {
   if (element.tag == "camera" || element.tag == "luminaire")
@@ -28,7 +47,7 @@ void refuse_old_elements(const XmlElement& element) {
 
 Scene MitsubaReader::read() {
   read_version();
-  tell_of_transforms(tree_.root());
+  tell_of_transforms(tree_.root(), latest_view(tree_.root()));
   properties(tree_.root());  // every element and reference is known
   find_camera();
   for (const XmlElement& child : tree_.root().children) read_child(child);
@@ -128,12 +147,12 @@ void MitsubaReader::leave_out_media(const Properties& of) {
                 "nothing: what it would absorb and scatter goes straight on");
 }
 
-void MitsubaReader::tell_of_transforms(const XmlElement& element) {
-  if (element.tag == "animation")
+void MitsubaReader::tell_of_transforms(const XmlElement& element, float until) {
+  if (element.tag == "animation" && !stands_still(element, until))
     approximate(element.where(), "an animation is not supported: nothing moves", "its first transform, without blur");
   if (element.tag == "lookat" && !element.find("up") && version0())
     warn(element.where(), "lookat: without 'up' it is rolled about the view as in Mitsuba 3, not as in earlier versions");
-  for (const XmlElement& child : element.children) tell_of_transforms(child);
+  for (const XmlElement& child : element.children) tell_of_transforms(child, until);
 }
 
 std::string MitsubaReader::file_name(const Properties& of) {

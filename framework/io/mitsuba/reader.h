@@ -73,7 +73,7 @@ class MitsubaReader {
   // `what` cannot be represented, `taken` stands for it. Throws Error unless approximations are asked for.
   void approximate(const Location& where, const std::string& what, const std::string& taken);
   void leave_out_media(const Properties& of);
-  void tell_of_transforms(const XmlElement& element);
+  void tell_of_transforms(const XmlElement& element, float until);  // the latest time that is seen
   Properties properties(const XmlElement& element) const { return {element, ids_, version0() ? &tell_ : nullptr}; }
   // Marks properties that change nothing here, as in Mitsuba, and tells of those that are given.
   void have_no_effect(const Properties& of, std::initializer_list<std::string_view> names, std::string_view why);
