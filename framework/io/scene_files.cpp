@@ -104,8 +104,23 @@ RgbImage SceneFiles::image(const std::string& name, const std::string& named_in,
   }
 }
 
+void SceneFiles::warn(const Location& where, const std::string& what) {
+  constexpr std::size_t most = 100;
+  if (const auto found = told_index_.find(what); found != told_index_.end()) {
+    ++told_[found->second].count;
+  } else if (told_.size() == most) {
+    ++untold_;
+  } else {
+    told_index_.emplace(what, told_.size());
+    told_.push_back({where.text() + ": " + what});
+  }
+}
+
 std::vector<std::string> SceneFiles::warnings() const {
-  std::vector<std::string> warnings = told_;
+  std::vector<std::string> warnings;
+  for (const Told& told : told_)
+    warnings.push_back(told.count > 1 ? fmt::format("{} ({} times in all)", told.text, told.count) : told.text);
+  if (untold_ > 0) warnings.push_back(fmt::format("{}: {} more warnings of what the files hold", first_file_, untold_));
   for (const std::string& approximation : approximations_.warnings()) warnings.push_back(approximation);
   warnings.insert(warnings.end(), outside_warnings_.begin(), outside_warnings_.end());
   if (outside_.size() > outside_warnings_.size())

@@ -15,6 +15,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -54,7 +55,8 @@ class SceneFiles {
 
   Approximations& approximations() { return approximations_; }
   // Adds to the scene's warnings, for code that reads parameters and knows no scene.
-  void warn(const Location& where, const std::string& what) { told_.push_back(where.text() + ": " + what); }
+  // What is told more than once is counted.
+  void warn(const Location& where, const std::string& what);
 
   // What was approximated and told. Then the first ten files outside the scene's folder, and how many more there are.
   std::vector<std::string> warnings() const;
@@ -66,8 +68,14 @@ class SceneFiles {
   std::string first_file_;
   bool confined_, first_folder_first_;
   Approximations approximations_;
-  std::vector<std::string> told_;
-  std::filesystem::path folder_;  // of the first file, symbolic links resolved
+  struct Told {
+    std::string text;
+    std::uint64_t count = 1;
+  };
+  std::vector<Told> told_;
+  std::map<std::string, std::size_t, std::less<>> told_index_;  // by what is told, wherever it is
+  std::uint64_t untold_ = 0;                                    // different ones beyond the first hundred
+  std::filesystem::path folder_;                                // of the first file, symbolic links resolved
   std::set<std::filesystem::path> outside_;
   std::vector<std::string> outside_warnings_;
   std::uint64_t includes_ = 0, included_bytes_ = 0;

@@ -46,7 +46,9 @@ TEST_F(MitsubaPaths, MeshesAreSearchedForAsWell) {
   const std::string mesh = "<shape type=\"obj\"><string name=\"filename\" value=\"m.obj\"/></shape>";
   EXPECT_EQ(triangles_of(load(mesh)), 1u);
   EXPECT_EQ(triangles_of(load("<path value=\"meshes\"/>" + mesh)), 2u);
-  EXPECT_EQ(triangles_of(load("<path value=\"missing\"/>" + mesh)), 1u);
+  const Scene missing = load("<path value=\"missing\"/>" + mesh);
+  EXPECT_EQ(triangles_of(missing), 1u);
+  EXPECT_TRUE(warns(missing, "there is no folder 'missing'"));
 }
 
 TEST_F(MitsubaPaths, IncludesAreSearchedForThereToo) {
@@ -54,8 +56,9 @@ TEST_F(MitsubaPaths, IncludesAreSearchedForThereToo) {
   EXPECT_ERROR(load("<include filename=\"shape.xml\"/>"), "s.xml:2:");
   EXPECT_EQ(triangles_of(load("<path value=\"parts\"/><include filename=\"shape.xml\"/>")), 2u);
   directory_.write("shape.xml", scene_text(rectangle + rectangle));
-  EXPECT_EQ(triangles_of(load("<path value=\"parts\"/><include filename=\"shape.xml\"/>")), 4u)
-      << "beside the including file first";
+  const Scene both = load("<path value=\"parts\"/><include filename=\"shape.xml\"/>");
+  EXPECT_EQ(triangles_of(both), 2u);
+  EXPECT_TRUE(warns(both, "beside this file as well"));
 }
 
 TEST_F(MitsubaPaths, OfAnIncludedFileAreRelativeToIt) {

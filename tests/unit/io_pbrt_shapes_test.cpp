@@ -127,6 +127,11 @@ TEST(PbrtShapes, LightsOfVersion3KeepTheSideOfTheirNormals) {
   const Scene flat = parse_pbrt("Film \"image\" " + reversed, "s.pbrt");
   expect_near(normal_below(flat, above), {0, 0, -1});
   EXPECT_FALSE(warns(flat, told)) << "by its winding, as pbrt has it";
+  // A mirroring transform turns the side that rays find as well.
+  const std::string mirrored = "WorldBegin Scale -1 1 1 ",
+                    straight = reversed.substr(std::string("WorldBegin ReverseOrientation").size());
+  EXPECT_FALSE(warns(parse_pbrt("Film \"image\" " + mirrored + "ReverseOrientation" + straight + normals, "s.pbrt"), told));
+  EXPECT_TRUE(warns(parse_pbrt("Film \"image\" " + mirrored + straight + normals, "s.pbrt"), told));
 }
 
 TEST(PbrtShapes, NormalsGoByTheInverseTranspose) {

@@ -279,6 +279,14 @@ TEST(PbrtTextureFields, WhatIsFinerThanTexelsBecomesItsMean) {
   expect_near(reflectance_at(coarse, {0.19f, 0.06f}), Rgb(0));
 }
 
+TEST(PbrtTextureFields, WhatIsBelowZeroIsToldOf) {
+  const std::string negative =
+      "Texture \"b\" \"spectrum\" \"bilerp\" Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"b\" \"float scale\" -1 ";
+  const Scene black = world(negative + "Material \"diffuse\" \"texture reflectance\" \"t\" " + plane);
+  expect_near(reflectance_at(black, {0.3f, 0.4f}), Rgb(0));
+  EXPECT_TRUE(warns(black, "texture 't' reaches below 0, less than a surface can reflect: clamped to 0"));
+}
+
 TEST(PbrtTextureFields, AlphaIsAMaskOverUv) {
   const std::string half = "Texture \"h\" \"float\" \"checkerboard\" \"float tex1\" 1 \"float tex2\" 0.25 ";
   const std::string holed = plane.substr(0, plane.size() - 1) + " \"texture alpha\" \"h\" ";

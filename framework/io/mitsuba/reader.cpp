@@ -112,6 +112,7 @@ void MitsubaReader::finish() {
   for (const Told& told : told_)
     scene_.warnings.push_back(told.where.text() + ": " + told.what +
                               (told.count > 1 ? fmt::format(" ({} times in all)", told.count) : ""));
+  if (untold_ > 0) scene_.warnings.push_back(fmt::format("{}: {} more warnings", whole.text(), untold_));
   for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   if (const Bounds bounds = scene_.bounds();
@@ -121,11 +122,15 @@ void MitsubaReader::finish() {
 }
 
 void MitsubaReader::warn(const Location& where, const std::string& what) {
-  const auto [entry, is_new] = told_index_.emplace(what, told_.size());
-  if (is_new)
+  constexpr std::size_t most = 1000;
+  if (const auto found = told_index_.find(what); found != told_index_.end()) {
+    ++told_[found->second].count;
+  } else if (told_.size() == most) {
+    ++untold_;
+  } else {
+    told_index_.emplace(what, told_.size());
     told_.push_back({where, what});
-  else
-    ++told_[entry->second].count;
+  }
 }
 
 void MitsubaReader::have_no_effect(const Properties& of, std::initializer_list<std::string_view> names, std::string_view why) {
@@ -149,7 +154,7 @@ void MitsubaReader::leave_out_media(const Properties& of) {
 
 void MitsubaReader::tell_of_transforms(const XmlElement& element, float until) {
   if (element.tag == "animation" && !stands_still(element, until))
-    approximate(element.where(), "an animation is not supported: nothing moves", "its first transform, without blur");
+    approximate(element.where(), "an animation is not supported: nothing moves", "its earliest transform, without blur");
   if (element.tag == "lookat" && !element.find("up") && version0())
     warn(element.where(), "lookat: without 'up' it is rolled about the view as in Mitsuba 3, not as in earlier versions");
   for (const XmlElement& child : element.children) tell_of_transforms(child, until);

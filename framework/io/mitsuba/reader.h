@@ -300,6 +300,7 @@ class MitsubaReader {
   };
   std::vector<Told> told_;
   std::map<std::string, std::size_t> told_index_;
+  std::uint64_t untold_ = 0;     // different ones beyond the first thousand
   std::uint64_t one_sided_ = 0;  // shapes of a material that is black from behind in Mitsuba
   std::optional<Location> first_one_sided_;
 };

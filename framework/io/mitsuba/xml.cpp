@@ -160,6 +160,7 @@ void XmlTree::add_folder(const XmlElement& path) {
     throw Error(path.where(), fmt::format("the scene names more than {} folders by path", most_folders));
   for (const std::string& file : {here, looked_for_beside(value, here), files_.first_file()})
     if (const auto folder = existing_in(fs::path(file).parent_path(), value)) return folders_.push_back(folder->string());
+  files_.warn(path.where(), fmt::format("path: there is no folder {}", quote(value)));
 }
 
 std::string XmlTree::looked_for_beside(const std::string& name, const std::string& named_in) const {
@@ -175,8 +176,13 @@ void XmlTree::include(const XmlElement& element, XmlElement& parent, int nested)
   if (nested > SceneFiles::most_nested_includes)
     throw Error(element.where(), fmt::format("files include each other more than {} deep: does one include itself?",
                                              SceneFiles::most_nested_includes));
-  const std::string& here = *element.file;  // Mitsuba looks beside the including file first
-  const std::string beside = existing_in(fs::path(here).parent_path(), name) ? here : looked_for_beside(name, here);
+  const std::string &here = *element.file, beside = looked_for_beside(name, here);
+  if (beside != here && existing_in(fs::path(here).parent_path(), name))
+    files_.warn(
+        element.where("filename"),
+        fmt::format("include: {} lies in a folder of path, which counts, and beside this file as well, where the newest "
+                    "Mitsuba 3 looks first",
+                    quote(name)));
   SceneFiles::File file = files_.include(name, beside, element.where("filename"));
   XmlElement included = parse(std::move(file.bytes), file.path, nested);
   if (included.tag != "scene") {

@@ -70,7 +70,8 @@ bool is_of_material_in_version3(std::string_view name) {
   constexpr std::string_view names =
       " Kd Ks Kr Kt sigma roughness uroughness vroughness remaproughness index eta k opacity reflect transmit bumpmap amount "
       "mfp sigma_a sigma_s color metallic speculartint anisotropic sheen sheentint clearcoat clearcoatgloss spectrans "
-      "scatterdistance flatness difftrans eumelanin pheomelanin beta_m beta_n bsdffile ";
+      "scatterdistance flatness difftrans eumelanin pheomelanin beta_m beta_n bsdffile scale g name thin namedmaterial1 "
+      "namedmaterial2 ";
   return names.find(fmt::format(" {} ", name)) != std::string_view::npos;
 }
 

@@ -133,7 +133,7 @@ void PbrtReader::finish() {
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({files_.first_file()}, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn({files_.first_file()}, "the scene has no lights");
   limit_to_direct_light();
-  for (const TooBright& texture : too_bright_)
+  for (const OutOfRange& texture : out_of_range_)
     if (*texture.met) scene_.warnings.push_back(texture.text);
   for (const LostDetail& lost : lost_details_)
     scene_.warnings.push_back(lost.more == 0 ? lost.text : fmt::format("{} (and in {} more places)", lost.text, lost.more));

@@ -385,11 +385,11 @@ class PbrtReader {
   std::vector<MaterialEntry> materials_{MaterialEntry{.material = Diffuse{Rgb(0.5f)}, .textured = false, .scene_index = {}}};
   std::map<std::string, std::uint32_t, std::less<>> named_materials_;
   TextureMap spectrum_textures_, float_textures_;
-  struct TooBright {
+  struct OutOfRange {
     std::string text;
     std::shared_ptr<std::atomic<bool>> met;  // by what was baked
   };
-  std::vector<TooBright> too_bright_;
+  std::vector<OutOfRange> out_of_range_;
   struct LostDetail {
     Field field;
     std::string text;

@@ -246,15 +246,16 @@ void PbrtReader::give_uvs_of_quads(TriangleMesh& mesh) const {
     for (int corner = 0; corner < 3; ++corner) mesh.uvs[mesh.triangles[q + 1][corner]] = second[version3_ ? 1 : 0][corner];
 }
 
-// pbrt-v3 lights a scene from the side of a mesh's normals as they are given (Triangle::Sample), whatever ReverseOrientation
-// says, but its rays find the light on the side that is reversed. Other shapes, and meshes of version 4, are at one with
-// themselves.
+// pbrt-v3 lights a scene from the side of a mesh's normals as they are given (Triangle::Sample), but its rays find the light on
+// the other side under ReverseOrientation or a mirroring transform, if not under both. Other shapes, and meshes of version 4,
+// are at one with themselves.
 bool PbrtReader::keeps_side_of_normals(const TriangleMesh& mesh, const PbrtParams& params, bool is_triangles) {
-  if (!version3_ || !is_triangles || mesh.normals.empty() || !attributes_.reverse_orientation) return false;
+  if (!version3_ || !is_triangles || mesh.normals.empty()) return false;
   if (!attributes_.glow || attributes_.glow->two_sided || open_definition_) return false;
-  warn(params.where(), params.owner() +
-                           ": under ReverseOrientation pbrt-v3 takes the light of a mesh from the side of its normals and "
-                           "shows it on the other; here both are the former");
+  if (attributes_.reverse_orientation != ctm().swaps_handedness())
+    warn(params.where(), params.owner() +
+                             ": under ReverseOrientation or a mirroring transform pbrt-v3 takes the light of a mesh from the "
+                             "side of its normals and shows it on the other; here both are the former");
   return true;
 }
 
@@ -262,7 +263,8 @@ void PbrtReader::place(TriangleMesh mesh, const PbrtParams& params, const std::s
   const auto opacity = constant_opacity(params);
   if (!opacity) return;
   const Transform& t = ctm();
-  const bool reverse = attributes_.reverse_orientation && !keeps_side_of_normals(mesh, params, shapes == 0);
+  const bool keeps_side = keeps_side_of_normals(mesh, params, shapes == 0);
+  const bool reverse = attributes_.reverse_orientation && !keeps_side;
   for (vec3& p : mesh.positions) {
     p = t.point(p);
     if (!within_reach(p))

@@ -12,6 +12,9 @@ namespace etendue {
 
 namespace {
 
+constexpr double lost_share = 0.5;    // of a field's variance within texels, beyond which detail counts as lost,
+constexpr double rough_share = 0.25;  // and from which a point does not stand for its texel
+
 // A triangle's place in the atlas: the corner of its square of texels, and whether it is the upper of the two there. In texels
 // from that corner, its right angle lies at 0 and its legs are `leg` long.
 struct Cell {
@@ -87,8 +90,6 @@ double share_within_texels(std::size_t texels, const Texel& texel) {
   // Rounding makes the variance of what is even.
   return variance > 1e-9 * total(squares / n) ? total(within / n) / variance : 0;
 }
-
-constexpr double lost_share = 0.5;  // of the variance, beyond which detail counts as lost
 
 // A triangle whose texels are baked.
 class Facet {
@@ -201,13 +202,9 @@ int BakeBudget::side(int wanted) {
   return side;
 }
 
-int BakeBudget::points_across(double share_within, std::size_t texels) {
-  constexpr std::uint64_t most = unless_fuzzed(std::uint64_t{1} << 25, std::uint64_t{0});  // some seconds
-  if (share_within < 1.0 / 16) return 1;
-  const std::uint64_t left = most - points_;
-  const int across = 16 * texels <= left / 2 ? 4 : 4 * texels <= left / 2 ? 2 : 1;
-  if (across > 1) points_ += static_cast<std::uint64_t>(across) * across * texels;
-  return across;
+int BakeBudget::points_across(double share_within) const {
+  constexpr std::uint64_t fine = unless_fuzzed(std::uint64_t{1} << 23, std::uint64_t{0});  // texels: some seconds at 4 x 4
+  return share_within < rough_share ? 1 : share_within > lost_share && texels_ <= fine ? 4 : 2;
 }
 
 BakedImage bake_over_uv(const TextureField& field, Baked values, const Bounds& uv_range, BakeBudget& budget) {
@@ -231,7 +228,7 @@ BakedImage bake_over_uv(const TextureField& field, Baked values, const Bounds& u
   });
   if (within > lost_share) side = std::min(side, 1024);  // means in fewer texels are nearer than points in many
   const std::size_t texels = static_cast<std::size_t>(side) * side;
-  const int across = budget.points_across(within, texels);
+  const int across = budget.points_across(within);
   ImageTexture image{.size = ivec2(side), .texels = std::vector<Rgb>(texels)};
   const float shrunk = 1 - 1 / static_cast<float>(side);
   image.uv_scale = shrunk / extent;
@@ -254,7 +251,7 @@ std::vector<BakedImage> bake_atlas(std::span<const FieldToBake> fields, Triangle
   std::vector<BakedImage> images;
   for (const FieldToBake& what : fields) {
     const double within = probe.share_within(what, texels);
-    const int across = budget.points_across(within, texels);
+    const int across = budget.points_across(within);
     ImageTexture image{.size = size, .texels = std::vector<Rgb>(texels)};
     parallel_for(triangles, 64, [&](std::size_t k) { bake_triangle(what, mesh, cell, across, k, image); });
     images.push_back({std::move(image), probe.spacing(), within > lost_share});

@@ -4,8 +4,8 @@
 // it. What depends on the place becomes, on a surface over the unit square, an image over that; on a mesh, an atlas in which
 // two triangles share a square of texels. Interpolation blurs edges by a texel.
 //
-// Where a field is rough at the scale of texels, each is the mean of up to 4 x 4 points across it, as many as the number of
-// texels allows: what is finer becomes its mean.
+// Where a field is rough at the scale of texels, each is the mean of 2 x 2 points across it, and of 4 x 4 where most of the
+// field's variance lies within texels: what is finer becomes its mean.
 #pragma once
 
 #include "framework/io/mesh/mesh.h"
@@ -17,16 +17,15 @@ namespace etendue {
 // Values outside 0 .. 1, which no surface reflects, are clamped; NaN is 0.
 Rgb within_unit(Rgb value);
 
-// How many texels a scene's baked textures may take together before they become coarser, and how many points before texels
-// are no longer means.
+// How many texels a scene's baked textures may take together before they become coarser, and their means are taken over fewer
+// points.
 class BakeBudget {
  public:
-  int side(int wanted);  // of a square image, which it counts
-  // Points across each texel of an image: one where little of the field's variance lies within texels. It counts the others.
-  int points_across(double share_within, std::size_t texels);
+  int side(int wanted);                          // of a square image, which it counts
+  int points_across(double share_within) const;  // each texel, by the share of the field's variance that lies within texels
 
  private:
-  std::uint64_t texels_ = 0, points_ = 0;
+  std::uint64_t texels_ = 0;
 };
 
 // Reflectances are within_unit; heights are what they are, and 0 where they are not finite.

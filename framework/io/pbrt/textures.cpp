@@ -233,7 +233,7 @@ Rgb PbrtReader::mean_operand(const PbrtParams& params, std::string_view name, co
   if (const Rgb* constant = std::get_if<Rgb>(&entry.value)) return *constant;
   approximate(params.where(name), fmt::format("'{}' is a texture that varies: only constants are supported here", name),
               "its mean: the surface is the same all over");
-  return within_unit(mean_of(field_of(entry)));
+  return mean_of(field_of(entry));
 }
 
 float PbrtReader::number(const PbrtParams& params, std::string_view name, float otherwise, float low, float high) {
@@ -289,14 +289,15 @@ TexturedRgb PbrtReader::textured_colour(const PbrtParams& params, std::string_vi
 
 const Field& PbrtReader::field_of_reflectance(TextureEntry& entry, const Location& where, const std::string& name) {
   if (entry.reflectance) return entry.reflectance;
-  const auto met = std::make_shared<std::atomic<bool>>(false);
-  entry.reflectance = mapped_field(std::get<Field>(entry.value), [met](const Rgb& value) {
-    if (max_component(value) > 1 + reflectance_rounding) met->store(true, std::memory_order_relaxed);
+  const auto above = std::make_shared<std::atomic<bool>>(false), below = std::make_shared<std::atomic<bool>>(false);
+  entry.reflectance = mapped_field(std::get<Field>(entry.value), [above, below](const Rgb& value) {
+    if (max_component(value) > 1 + reflectance_rounding) above->store(true, std::memory_order_relaxed);
+    if (max_component(-value) > 0) below->store(true, std::memory_order_relaxed);
     return value;
   });
-  too_bright_.push_back(
-      {fmt::format("{}: texture '{}' reaches beyond 1, more than a surface can reflect: clamped to 1", where.text(), name),
-       met});
+  const std::string title = fmt::format("{}: texture '{}' reaches", where.text(), name);
+  out_of_range_.push_back({title + " beyond 1, more than a surface can reflect: clamped to 1", above});
+  out_of_range_.push_back({title + " below 0, less than a surface can reflect: clamped to 0", below});
   return entry.reflectance;
 }
 
