@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -82,7 +83,11 @@ class Comparisons {
   std::size_t tests() const { return tests_; }
   double image_mean() const { return image_mean_; }
   const Comparison& worst_t() const { return worst_t_; }
-  const Comparison& worst() const { return worst_; }  // nearest to a conviction
+  // Those nearest to a conviction: of all, and of those where the first is the darker.
+  const Comparison& worst() const {
+    return worst_of_first_lacks().conviction() > worst_[1].conviction() ? worst_of_first_lacks() : worst_[1];
+  }
+  const Comparison& worst_of_first_lacks() const { return worst_[0]; }
   // The least difference of the image's mean that would have convicted, relative to it.
   double resolution() const { return relative(margin_ + unresolved()); }
   // The same, as a radiance beyond the margin.
@@ -105,7 +110,8 @@ class Comparisons {
     comparison.allowance = brightest_ * -std::log(level_) / (comparison.n * static_cast<double>(darker.pixels()[region]));
     // Fewer degrees of freedom only raise the limit: most comparisons cannot be the worst, and are spared the quantile.
     comparison.limit = least_limit_ * error;
-    if (region > 0 && comparison.t_ratio() <= worst_t_.t_ratio() && comparison.conviction() <= worst_.conviction()) return;
+    Comparison& worst = worst_[comparison.difference < 0 ? 0 : 1];
+    if (region > 0 && comparison.t_ratio() <= worst_t_.t_ratio() && comparison.conviction() <= worst.conviction()) return;
     if (variance > 0) {
       // These are Welch and Satterthwaite's degrees of freedom.
       const double degrees = variance * variance /
@@ -115,7 +121,7 @@ class Comparisons {
     }
     if (region == 0 && comparison.limit + comparison.allowance > unresolved()) image_ = comparison;
     if (comparison.t_ratio() > worst_t_.t_ratio()) worst_t_ = comparison;
-    if (comparison.conviction() > worst_.conviction()) worst_ = comparison;
+    if (comparison.conviction() > worst.conviction()) worst = comparison;
   }
 
   const BatchStatistics &a_, &b_;
@@ -124,7 +130,8 @@ class Comparisons {
   double level_;        // of each side of each test
   double least_limit_;  // of t
   double image_mean_ = 0, margin_ = 0;
-  Comparison worst_t_, worst_, image_;
+  Comparison worst_t_, image_;
+  std::array<Comparison, 2> worst_;  // where the first is the darker, and where it is not
 };
 
 std::string samples_text(double times) {
@@ -231,7 +238,7 @@ Agreement compare_means(const BatchStatistics& a, const BatchStatistics& b, cons
   result.verdict = comparisons.worst().conviction() > 1  ? Verdict::disagree
                    : comparisons.worst_t().t_ratio() > 1 ? Verdict::cannot_tell
                                                          : Verdict::agree;
-  if (result.verdict == Verdict::disagree) result.difference = comparisons.worst().difference;
+  result.first_lacks = comparisons.worst_of_first_lacks().conviction() > 1;
   if (result.verdict == Verdict::cannot_tell) result.times_the_samples = comparisons.worst_t().times_the_samples();
   if (result.verdict == Verdict::agree && comparisons.may_lack_light()) {
     result.verdict = Verdict::cannot_tell;

@@ -71,7 +71,7 @@ struct Agreement {
   enum class Verdict : std::uint8_t { agree, cannot_tell, disagree } verdict = Verdict::agree;
   std::string text;              // what was compared and how it came out
   double times_the_samples = 1;  // so many more let one tell: only where this verdict cannot; infinity: nobody knows how many
-  double difference = 0;         // where they disagree most: radiance of the first over that of the second
+  bool first_lacks = false;      // in some region it is the darker one by more than chance
   double may_lack = 0;  // radiance, on the image's mean, that both may have missed: not told apart from what they found
 };
 

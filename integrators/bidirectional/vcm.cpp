@@ -24,8 +24,8 @@ constexpr int pilot_grid = 32;
 constexpr std::uint32_t pilot_iteration = 0xffffffffu;
 
 // A first radius that is not given is at most this, over the scene's diagonal: on open ground discs of any size are whole. It
-// is halved while more than this share of the light lands on surfaces that are small for it, or that many of what is seen are:
-// light that lands all about a room tells nothing of the room.
+// is halved while more than this share of the light lands on surfaces that are small for it, or more than that share of the
+// points seen lie on such: light that lands about a room tells nothing of what is in it.
 constexpr float largest_radius = 0.05f;
 constexpr double most_on_small_surfaces = 0.02, most_seen_on_small_surfaces = 0.1;
 constexpr int most_halvings = 10;
@@ -34,7 +34,8 @@ constexpr std::size_t discs_tried = 256;
 // Roughness (GGX alpha) below which the lens hardly ever lies in the lobe of a surface that a light path meets.
 constexpr float narrow_lobe = 0.05f;
 
-// The middle of a disc of merges, on the side that looks at it, and the light that such discs find or that lands there.
+// The middle of a disc of merges, and the side that is looked at. Its light is the power that lands there, and 1 of points
+// seen.
 struct MergeDisc {
   vec3 position, normal;
   double light = 1;
@@ -68,8 +69,8 @@ std::vector<MergeDisc> discs_of(std::span<const LightVertex* const> vertices) {
   return discs;
 }
 
-// The share of the light of discs of which less than half is on the surface. That is so within a lamp that is smaller, and in
-// a room: merges there divide what they find by all of the disc.
+// The share of light whose discs lie on the surface with less than half of their area, as they do inside a smaller lamp. Merges
+// divide what they find by all of the disc.
 double share_on_small_surfaces(const RenderContext& context, std::span<const MergeDisc> discs, float radius) {
   const std::size_t tried = std::min(discs.size(), discs_tried);
   std::vector<std::uint8_t> small(tried);
@@ -161,7 +162,6 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
   const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
   const float diagonal = glm::length(context.bounds.diagonal());
   if (!(usual > 0)) return 0.01f * diagonal;
-  if (params_.neighbours > 0) return usual;
   const std::vector<MergeDisc> lit = discs_of(light_paths_.vertices());
   const float widest = std::min(usual, largest_radius * diagonal);
   const auto halved = [&](int times) { return std::ldexp(widest, -times); };
@@ -172,7 +172,8 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
                      share_on_small_surfaces(context, seen, halved(times)) > most_seen_on_small_surfaces;
     return *known[times];
   };
-  // A table is not told from the plain that it stands on by discs five times as wide as it is high: smaller ones must fit, too.
+  // A disc more than five times as wide as a table is high takes the plain below for the table. Two or three halvings on it no
+  // longer does, and half of the disc is off the table, or it fits.
   int times = 0;
   while (times < most_halvings && (is_too_wide(times) || is_too_wide(times + 2) || is_too_wide(times + 3))) ++times;
   return halved(times);
