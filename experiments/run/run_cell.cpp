@@ -138,7 +138,7 @@ class CellRunner {
     // Pilots choose lights in their own way, after which nothing tells how the method chose them.
     std::string seldom = lights_seldom_chosen(context, used.name);
     tell(light_out_of_reach(context, used.name, used.params));
-    const bool said = used.name == "bdpt" && !told.empty();
+    const bool said = used.name == "bdpt" && !told.empty();  // both say the same of it
     if (const std::string& left_out = result_.expectation.left_out; !left_out.empty() && !said)
       tell(fmt::format("{}: {}", used.name, left_out));
     tell(surfaces_mixed(context, used.name, used.params));

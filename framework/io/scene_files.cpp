@@ -105,7 +105,7 @@ RgbImage SceneFiles::image(const std::string& name, const std::string& named_in,
 }
 
 void SceneFiles::warn(const Location& where, const std::string& what) {
-  constexpr std::size_t most = 100;
+  constexpr std::size_t most = 1000;
   if (const auto found = told_index_.find(what); found != told_index_.end()) {
     ++told_[found->second].count;
   } else if (told_.size() == most) {

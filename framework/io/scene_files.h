@@ -54,8 +54,7 @@ class SceneFiles {
   void need_memory(std::uint64_t bytes, const std::string& name, const Location& where = {});
 
   Approximations& approximations() { return approximations_; }
-  // Adds to the scene's warnings, for code that reads parameters and knows no scene.
-  // What is told more than once is counted.
+  // Adds to the scene's warnings. What is told more than once is counted.
   void warn(const Location& where, const std::string& what);
 
   // What was approximated and told. Then the first ten files outside the scene's folder, and how many more there are.
@@ -74,7 +73,7 @@ class SceneFiles {
   };
   std::vector<Told> told_;
   std::map<std::string, std::size_t, std::less<>> told_index_;  // by what is told, wherever it is
-  std::uint64_t untold_ = 0;                                    // different ones beyond the first hundred
+  std::uint64_t untold_ = 0;                                    // different ones beyond the first thousand
   std::filesystem::path folder_;                                // of the first file, symbolic links resolved
   std::set<std::filesystem::path> outside_;
   std::vector<std::string> outside_warnings_;

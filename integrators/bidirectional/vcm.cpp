@@ -1,5 +1,6 @@
 #include "integrators/bidirectional/vcm.h"
 
+#include "framework/core/lists.h"
 #include "framework/core/parallel.h"
 #include "integrators/bidirectional/vcm_camera_paths.h"
 #include "integrators/paths/path.h"
@@ -62,11 +63,8 @@ std::optional<MergeDisc> visible_disc(const RenderContext& context, ivec2 pixel)
   return std::nullopt;
 }
 
-std::vector<MergeDisc> discs_of(std::span<const LightVertex* const> vertices) {
-  std::vector<MergeDisc> discs;
-  for (const LightVertex* vertex : vertices)
-    discs.push_back({vertex->point.position, facing(vertex->point.normal, vertex->wo), luminance(vertex->power)});
-  return discs;
+MergeDisc disc_of(const LightVertex* vertex) {
+  return {vertex->point.position, facing(vertex->point.normal, vertex->wo), luminance(vertex->power)};
 }
 
 // The share of light whose discs lie on the surface with less than half of their area, as they do inside a smaller lamp. Merges
@@ -148,21 +146,18 @@ float Vcm::first_radius(const RenderContext& context, int neighbours) {
         visible_disc(context, (2 * i + 1) * context.resolution / (2 * grid));
   });
   std::vector<MergeDisc> seen;
-  std::vector<vec3> points;
   for (const auto& disc : of_pixel)
-    if (disc) {
-      seen.push_back(*disc);
-      points.push_back(disc->position);
-    }
+    if (disc) seen.push_back(*disc);
   {
     const auto emitting = context.phases.measure("emit");
     light_paths_.trace(context, settings_, pilot_iteration, true);
   }
   const auto k = static_cast<std::size_t>(neighbours);
-  const float usual = VcmMerges::usual_distance(context, light_paths_, points, k, params_.structure);
+  const float usual =
+      VcmMerges::usual_distance(context, light_paths_, mapped(seen, &MergeDisc::position), k, params_.structure);
   const float diagonal = glm::length(context.bounds.diagonal());
   if (!(usual > 0)) return 0.01f * diagonal;
-  const std::vector<MergeDisc> lit = discs_of(light_paths_.vertices());
+  const std::vector<MergeDisc> lit = mapped(light_paths_.vertices(), disc_of);
   const float widest = std::min(usual, largest_radius * diagonal);
   const auto halved = [&](int times) { return std::ldexp(widest, -times); };
   std::array<std::optional<bool>, most_halvings + 4> known;

@@ -305,5 +305,25 @@ TEST(LightsSeldomChosen, AreToldOfTheMethodsOwnChoice) {
   EXPECT_FALSE(told("uniform"));
 }
 
+// What the method knows that it loses stands beside what a pilot finds, unless both say the same.
+TEST(LeftOut, IsToldBesideLightOutOfReach) {
+  const auto told = [](const std::string& name, const std::string& method) {
+    const Scene scene = load_scene(name);
+    const SceneNeeds needs = scene_needs(scene);
+    const Method accel{"binned-sah", {}, {}}, used{method, {}, {}};
+    const Budget budget = Budget::of_iterations(1);
+    CellTask task{scene, needs, accel, used, 1, {16, 16}, budget, 2};
+    task.looks_for_left_out = true;
+    return run_cell(task).out_of_reach;
+  };
+  const auto says = [](const std::vector<std::string>& texts, std::string_view what) {
+    return std::ranges::count_if(texts, [&](const std::string& text) { return text.find(what) != std::string::npos; });
+  };
+  const std::vector<std::string> both = told("builtin:sunlit-field?surroundings=64", "light-trace");
+  EXPECT_EQ(says(both, "too few for light and shadow of what is small"), 1);
+  EXPECT_EQ(says(both, "specular surfaces are black"), 1);
+  EXPECT_EQ(says(told("builtin:mirror?view=mirror", "bdpt"), "specular"), 1);
+}
+
 }  // namespace
 }  // namespace etendue::testing

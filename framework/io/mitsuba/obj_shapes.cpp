@@ -1,7 +1,6 @@
 // OBJ files. Before version 2 the lines g and usemtl set meshes of their own apart, in each of which vertices of the same place
 // are one, and normals that the file does not have are smooth within each. A bsdf with a name is that of the faces of this
-// material; one without a name is that of all faces. shape_index takes one mesh alone. Later versions ask for
-// none of this.
+// material; one without a name is that of all faces. shape_index takes one mesh alone. Later versions ask for none of this.
 
 #include "framework/io/mesh/obj.h"
 #include "framework/io/mitsuba/reader.h"

@@ -109,28 +109,12 @@ void MitsubaReader::finish() {
     warn(*first_one_sided_, fmt::format("{} a bsdf without twosided, which is black from behind in Mitsuba; here "
                                         "both sides are alike",
                                         one_sided_ == 1 ? "one shape has" : fmt::format("{} shapes have", one_sided_)));
-  for (const Told& told : told_)
-    scene_.warnings.push_back(told.where.text() + ": " + told.what +
-                              (told.count > 1 ? fmt::format(" ({} times in all)", told.count) : ""));
-  if (untold_ > 0) scene_.warnings.push_back(fmt::format("{}: {} more warnings", whole.text(), untold_));
   for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
   for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
     throw Error(whole, fmt::format("an instance lies beyond {:g} m", farthest));
   finish_scene(scene_, emissions);
-}
-
-void MitsubaReader::warn(const Location& where, const std::string& what) {
-  constexpr std::size_t most = 1000;
-  if (const auto found = told_index_.find(what); found != told_index_.end()) {
-    ++told_[found->second].count;
-  } else if (told_.size() == most) {
-    ++untold_;
-  } else {
-    told_index_.emplace(what, told_.size());
-    told_.push_back({where, what});
-  }
 }
 
 void MitsubaReader::have_no_effect(const Properties& of, std::initializer_list<std::string_view> names, std::string_view why) {

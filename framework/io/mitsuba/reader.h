@@ -69,7 +69,7 @@ class MitsubaReader {
   void find_camera();
   void read_child(const XmlElement& child);
   void finish();
-  void warn(const Location& where, const std::string& what);
+  void warn(const Location& where, const std::string& what) { files_.warn(where, what); }
   // `what` cannot be represented, `taken` stands for it. Throws Error unless approximations are asked for.
   void approximate(const Location& where, const std::string& what, const std::string& taken);
   void leave_out_media(const Properties& of);
@@ -293,15 +293,7 @@ class MitsubaReader {
   std::map<std::pair<const XmlElement*, float>, std::uint32_t> scene_textures_;
   std::deque<MaterialEntry> materials_;
   std::uint32_t mask_of_nothing_ = no_id;  // of lights that are no surface; once there is one
-  struct Told {
-    Location where;
-    std::string what;
-    std::uint64_t count = 1;
-  };
-  std::vector<Told> told_;
-  std::map<std::string, std::size_t> told_index_;
-  std::uint64_t untold_ = 0;     // different ones beyond the first thousand
-  std::uint64_t one_sided_ = 0;  // shapes of a material that is black from behind in Mitsuba
+  std::uint64_t one_sided_ = 0;            // shapes of a material that is black from behind in Mitsuba
   std::optional<Location> first_one_sided_;
 };
 

@@ -118,8 +118,7 @@ void PbrtReader::subdivided_mesh(const PbrtParams& params) {
   try {
     place(subdivide(triangle_mesh(params), levels), params, params.owner());
   } catch (const Error& e) {
-    const std::string what = e.what();
-    throw what.starts_with(params.where().file) ? e : Error(params.where(), fmt::format("{}: {}", params.owner(), what));
+    throw has_place(e, params) ? e : Error(params.where(), fmt::format("{}: {}", params.owner(), e.what()));
   }
 }
 

@@ -73,14 +73,19 @@ Rgb PbrtReader::emitted(const PbrtParams& params, std::string_view name, std::st
   return value;
 }
 
-void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
-  const Location where = lexer.where(lexer.peek());
-  const std::string type = expect_string(lexer, "AreaLightSource");
-  require_known("AreaLightSource", "area light", type, where);
+PbrtParams PbrtReader::light_params(PbrtLexer& lexer, const Token& token, const std::string& type) {
   PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
   params.add_defaults(attributes_.defaults["light"]);
   if (version3_)
     for (const char* name : {"power", "illuminance"}) params.drop(name, "which knows none");
+  return params;
+}
+
+void PbrtReader::area_light_source(PbrtLexer& lexer, const Token& token) {
+  const Location where = lexer.where(lexer.peek());
+  const std::string type = expect_string(lexer, "AreaLightSource");
+  require_known("AreaLightSource", "area light", type, where);
+  const PbrtParams params = light_params(lexer, token, type);
   Rgb radiance = emitted(params, "L", "power");
   const std::uint32_t texture = params.has("filename") ? image_of_light(lexer, params, radiance) : no_id;
   attributes_.glow = ShapeLook::Glow{radiance, params.boolean("twosided", false), texture};
@@ -120,10 +125,7 @@ void PbrtReader::light_source(PbrtLexer& lexer, const Token& token) {
   const Location where = lexer.where(lexer.peek());
   const std::string type = expect_string(lexer, "LightSource");
   require_known("LightSource", "light", type, where);
-  PbrtParams params(lexer, titled(token.text, type), lexer.where(token), version3_);
-  params.add_defaults(attributes_.defaults["light"]);
-  if (version3_)
-    for (const char* name : {"power", "illuminance"}) params.drop(name, "which knows none");
+  const PbrtParams params = light_params(lexer, token, type);
   std::optional<Light> light;
   if (type == "point")
     light = point_light(params);

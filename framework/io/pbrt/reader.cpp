@@ -133,18 +133,18 @@ void PbrtReader::finish() {
   if (scene_.objects[0].shapes.empty() && !scene_.has_instances()) warn({files_.first_file()}, "the scene has no shapes");
   if (emissions.empty() && scene_.lights.empty()) warn({files_.first_file()}, "the scene has no lights");
   limit_to_direct_light();
-  for (const OutOfRange& texture : out_of_range_)
-    if (*texture.met) scene_.warnings.push_back(texture.text);
-  for (const LostDetail& lost : lost_details_)
-    scene_.warnings.push_back(lost.more == 0 ? lost.text : fmt::format("{} (and in {} more places)", lost.text, lost.more));
-  for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
-  for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   if (const Bounds bounds = scene_.bounds();
       scene_.has_instances() && !bounds.empty() && !(within_reach(bounds.lower) && within_reach(bounds.upper)))
     throw Error(Location{files_.first_file()}, fmt::format("an instance lies beyond {:g} m", farthest));
   check_camera();
   scene_.filter = make_pixel_filter(filter_of_version());
   expose(emissions);
+  for (const OutOfRange& texture : out_of_range_)
+    if (*texture.met) scene_.warnings.push_back(texture.text);
+  for (const LostDetail& lost : lost_details_)
+    scene_.warnings.push_back(lost.more == 0 ? lost.text : fmt::format("{} (and in {} more places)", lost.text, lost.more));
+  for (std::string& warning : files_.warnings()) scene_.warnings.push_back(std::move(warning));
+  for (std::string& warning : left_out_.warnings()) scene_.warnings.push_back(std::move(warning));
   finish_scene(scene_, emissions);
 }
 

@@ -321,6 +321,7 @@ class PbrtReader {
   void warn_of_texels(const RgbImage& image, const Location& where, const std::string& file, bool of_light = false);
 
   // lights.cpp
+  PbrtParams light_params(PbrtLexer& lexer, const Token& token, const std::string& type);
   // Its colour times its scale. `photometric`: the parameter that states its power, or the illuminance, in version 4;
   // `power_of_unit`: what a light of colour 1 has of that.
   Rgb emitted(const PbrtParams& params, std::string_view name, std::string_view photometric, float power_of_unit = 1) const;
@@ -341,6 +342,10 @@ class PbrtReader {
   MeanImage mean_of_image(PbrtLexer& lexer, const PbrtParams& params, bool sphere);
 
   // Helpers of all of them.
+  // Does the error name a place in the file of these parameters, of which it is then nearer?
+  static bool has_place(const Error& e, const PbrtParams& params) {
+    return std::string_view(e.what()).starts_with(params.where().file + ":");
+  }
   // What follows the message that a name is unknown: version 4 allows its definition further down.
   std::string or_further_down() const {
     return version3_ ? "" : "; pbrt-v4 also finds what is defined further down, but here it must stand before its use";
@@ -350,7 +355,7 @@ class PbrtReader {
   void approximate(const Location& where, const std::string& what, const std::string& instead) {
     files_.approximations().take(where, what, instead);
   }
-  void warn(const Location& where, const std::string& what) { scene_.warnings.push_back(where.text() + ": " + what); }
+  void warn(const Location& where, const std::string& what) { files_.warn(where, what); }
   static std::string titled(std::string_view directive, const std::string& name) {
     return std::string(directive) + " \"" + name + "\"";
   }

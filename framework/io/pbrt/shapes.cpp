@@ -185,8 +185,7 @@ void PbrtReader::mesh_file(PbrtLexer& lexer, const PbrtParams& params) {
     if (version3_ && params.boolean("discarddegenerateUVs", false)) discard_degenerate_uvs(mesh);
     place(std::move(mesh), params, "'" + file + "'");
   } catch (const Error& e) {
-    const std::string what = e.what();
-    throw what.starts_with(params.where().file + ":") ? e : Error(params.where("filename"), what);
+    throw has_place(e, params) ? e : Error(params.where("filename"), e.what());
   }
 }
 
