@@ -20,15 +20,23 @@ constexpr std::uint64_t default_samples = 64;
 constexpr double default_error_limit_s = 600;  // --error alone: a target out of reach must end some time
 
 // "-p photons=200k" goes to the integrator, "-p accel.bins=32" to the structure.
+constexpr std::string_view accel_prefix = "accel.";
+
+// Parameters without a name are those of the structure that every method but `auto` has by default.
+Method accel_of(const RenderCommand& command) {
+  if (!command.accel.empty()) return {command.accel, {}, {"--accel"}};
+  const auto of_accel = [](const std::string& assignment) { return assignment.starts_with(accel_prefix); };
+  return default_accel(std::ranges::any_of(command.params, of_accel) ? "" : command.integrator);
+}
+
 void read_parameters(const RenderCommand& command, Method& integrator, Method& accel) {
-  constexpr std::string_view prefix = "accel.";
   for (const std::string& assignment : command.params) {
     const Location where{"-p " + assignment};
     const auto equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) throw Error(where, "expected key=value, such as max_depth=8");
     std::string key = assignment.substr(0, equals);
-    Method& method = key.starts_with(prefix) ? accel : integrator;
-    if (&method == &accel) key.erase(0, prefix.size());
+    Method& method = key.starts_with(accel_prefix) ? accel : integrator;
+    if (&method == &accel) key.erase(0, accel_prefix.size());
     method.params[key] = parse_param_value(assignment.substr(equals + 1), where);
   }
 }
@@ -190,7 +198,7 @@ Budget read_options(const RenderCommand& command, Rendering& r) {
   if (command.scene.empty() && command.from.empty()) throw Error("SCENE is required; see `etendue render --help`");
   r.scene = command.scene;
   r.integrator = {command.integrator, {}, {"--integrator"}};
-  r.accel = command.accel.empty() ? default_accel() : Method{command.accel, {}, {"--accel"}};
+  r.accel = accel_of(command);
   r.seed = command.seed.value_or(1);
   r.reading = command.reading;
   r.camera = command.camera;

@@ -208,7 +208,10 @@ std::vector<Method> read_policies(const ConfigNode& node) {
                       [](Method& method) { find_change_policy(method.name, method.where).make(method.params); });
 }
 
-Method default_accel() { return {"binned-sah", {{"layout", {std::string("auto"), {}}}}, {}}; }
+Method default_accel(const std::string& integrator) {
+  if (integrator == "auto") return {"auto", {}, {}};
+  return {"binned-sah", {{"layout", {std::string("auto"), {}}}}, {}};
+}
 
 std::vector<Method> all_accels(const Location& where) {
   std::vector<Method> methods;

@@ -26,8 +26,8 @@ void validate_integrator(Method& method);
 void validate_accel(Method& method);
 
 // The default of renders: binned SAH, in the layout that suits scene and machine. Every structure and layout finds the same
-// hits, so images do not depend on it.
-Method default_accel();
+// hits, so images do not depend on it. `auto` chooses its structure as well.
+Method default_accel(const std::string& integrator = "");
 
 // Every structure that is built in, with default parameters; also the better trees in wide layouts, and Embree in its
 // watertight mode and with streams flagged as coherent.

@@ -149,7 +149,7 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
                 const std::optional<std::uint64_t>& samples, const py::object& time, std::uint64_t seed,
                 const std::optional<std::pair<int, int>>& size, const std::optional<int>& thread_count) {
   Method integrator = method_of("integrator", integrator_value);
-  Method accel = accel_value.is_none() ? default_accel() : method_of("accel", accel_value);
+  Method accel = accel_value.is_none() ? default_accel(integrator.name) : method_of("accel", accel_value);
   validate_integrator(integrator);
   validate_accel(accel);
   const Budget budget = budget_of(samples, time);

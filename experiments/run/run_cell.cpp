@@ -9,7 +9,7 @@
 #include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 #include "framework/image/metrics.h"
-#include "integrators/choice/choose.h"
+#include "integrators/choice/auto.h"
 #include "integrators/registry.h"
 #include "integrators/warnings/coinciding.h"
 #include "integrators/warnings/mixed_surfaces.h"
@@ -153,7 +153,8 @@ class CellRunner {
   Method structure() {
     Method accel = task_.accel;
     if (accel.name != "auto" || accel.params.contains("rays")) return accel;
-    MethodChoice choice = structure_for(task_.scene, task_.resolution, effort());
+    const Effort chosen_for = effort_chosen_for(task_.integrator.name, task_.integrator.params, effort());
+    MethodChoice choice = structure_for(task_.scene, task_.resolution, chosen_for);
     accel.name = choice.name;
     for (auto& [key, value] : choice.params) accel.params[key] = std::move(value);
     result_.chosen_accel = accel;

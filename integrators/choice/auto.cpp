@@ -41,9 +41,17 @@ class Auto final : public Integrator {
 
 }  // namespace
 
+constexpr const char* own_name = "auto";
+
 IntegratorEntry auto_entry() {
-  return integrator_entry<Auto, AutoParams>("auto",
+  return integrator_entry<Auto, AutoParams>(own_name,
                                             "the method that a pilot finds best for scene and budget, and its parameters");
+}
+
+Effort effort_chosen_for(const std::string& method, const ParamMap& params, const Effort& told) {
+  if (method != own_name) return told;
+  const float seconds = read_params<AutoParams>(params, method).seconds;
+  return seconds > 0 ? Effort{seconds} : told;
 }
 
 }  // namespace etendue

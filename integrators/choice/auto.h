@@ -24,4 +24,7 @@ void describe(Visitor& v, AutoParams& p) {
 
 IntegratorEntry auto_entry();
 
+// What the method is chosen for, and its structure with it: `told`, or the seconds that `auto` was given.
+Effort effort_chosen_for(const std::string& method, const ParamMap& params, const Effort& told);
+
 }  // namespace etendue

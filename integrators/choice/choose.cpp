@@ -15,7 +15,8 @@ namespace {
 // caches and the latter kind to them, since records serve all pixels and a path one. experiments/auto.toml judges the
 // thresholds by all methods.
 constexpr double default_iterations = 64;
-constexpr double rare_hits = 0.03;          // caustic hits over caustic light below which paths find too little of it
+constexpr double rare_hits = 0.03;          // caustic hits over caustic light below which paths find too little of it,
+constexpr double rare_rough_hits = 0.01;    // and where it comes by rough metals alone, where light samples find it as well
 constexpr double rare_photons = 0.02;       // of those emitted, that land on what is seen
 constexpr double half_a_hit = 1.0 / 16384;  // of the rays of a whole pilot
 constexpr double certain = 10;              // so much more noise than all else, where few photons tell of them
@@ -93,7 +94,8 @@ class Chooser {
     const double light = found_.caustic_light;
     const bool others_lead = found_.path_error > 0 && (found_.caustic_photons < fewest_caustics || light < mostly_caustic);
     if (found_.diffuse < fewest_diffuse && (found_.caustic_hits > 0 || others_lead)) return false;
-    if (!may_cast_caustics(context_) || light < least_caustic_light || found_.caustic_hits >= rare_hits * light) return false;
+    const double rare = may_cast_caustics(context_) ? rare_hits : rare_rough_hits;
+    if (light < least_caustic_light || found_.caustic_hits >= rare * light) return false;
     // What they leave as noise: one path in 1 / hits brings the light of as many, and where it falls it is so much denser.
     const double noise = light * light * found_.caustic_contrast / std::max(found_.caustic_hits, half_a_hit / found_.share);
     if (photons_are_blind()) return false;
@@ -119,8 +121,8 @@ class Chooser {
           "{} of the light on what is seen comes from points, spots, directions or small lamps by way of specular surfaces, "
           "where no path finds it",
           format_percent(found_.unmet_caustics));
-    return fmt::format("{} of the light on what is seen comes by way of specular surfaces, where {}",
-                       format_percent(found_.caustic_light),
+    return fmt::format("{} of the light on what is seen comes by way of {}specular surfaces, where {}",
+                       format_percent(found_.caustic_light), may_cast_caustics(context_) ? "" : "nearly ",
                        found_.caustic_hits > 0 ? "paths seldom find it"
                        : caustics_are_unmet()  ? "paths do not find it"
                                                : "none of a pilot's paths finds it");

@@ -189,6 +189,24 @@ TEST(AutoChoice, BringsSunBehindGlassWithoutTheNoiseOfASampledSky) {
   EXPECT_EQ(choose_method(stage.context, findings).name, "cppm");
 }
 
+// A plate of polished metal throws light that paths hardly meet. Of what a less polished one throws light samples bring most.
+TEST(AutoChoice, TakesPhotonsForCausticsOfRoughMetalsThatHardlyAnyPathMeets) {
+  PilotFindings findings = of_diffuse_surfaces();
+  findings.caustic_light = 0.03;
+  findings.caustic_contrast = 2;
+  findings.caustic_photons = 250;
+  findings.direct_light = 0.85;
+  findings.records = 100;
+  const auto takes_photons = [&](const char* scene, double hits) {
+    const SceneContext stage(load_scene(scene), {64, 64}, 1);
+    findings.caustic_hits = hits * findings.caustic_light;
+    return choose_method(stage.context, findings).name == "cppm";
+  };
+  EXPECT_TRUE(takes_photons("builtin:glossy-cornell-box", 0.006));
+  EXPECT_FALSE(takes_photons("builtin:glossy-cornell-box", 0.02));
+  EXPECT_TRUE(takes_photons("builtin:cornell-spheres", 0.02));  // of a mirror no light sample brings any
+}
+
 // A lamp that shines at the ceiling: nearly all light in view is indirect, and photons get there.
 TEST(AutoChoice, TakesPhotonsForHiddenLightThatTheyBring) {
   PilotFindings findings = of_diffuse_surfaces();
@@ -378,14 +396,22 @@ TEST(AutoChoice, StoresCausticsThatAreEvenAndAlone) {
 class AutoRender : public ProgramTest {};
 
 TEST_F(AutoRender, TakesTheStructureThatTheBudgetPaysFor) {
-  const auto render = [&](const char* accel, const char* spp) {
-    const Outcome outcome = run({"render", "builtin:mesh", "--resolution", "16x16", "--spp", spp, "--json", "--accel", accel});
+  const auto render = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"render", "builtin:mesh", "--resolution", "16x16", "--spp", "4", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return nlohmann::json::parse(outcome.out);
   };
-  const auto chosen = render("auto", "4");
+  const auto structure = [&](const std::vector<std::string>& more) { return render(more)["chosen_accel"]["accel"]; };
+  const auto chosen = render({"--accel", "auto"});
   EXPECT_EQ(chosen["chosen_accel"]["accel"], "lbvh layout=auto");
-  EXPECT_EQ(chosen["image_hash"], render("binned-sah", "4")["image_hash"]);
+  EXPECT_EQ(chosen["image_hash"], render({"--accel", "binned-sah"})["image_hash"]);
+  // So does the method `auto`, for the time that it was told to choose for, unless a structure or its parameters are named.
+  EXPECT_EQ(structure({"-i", "auto"}), "lbvh layout=auto");
+  EXPECT_EQ(structure({"-i", "auto", "-p", "seconds=1000"}), "sah layout=auto reinsertion=9");
+  EXPECT_EQ(structure({"-i", "auto", "--accel", "sah"}), nullptr);
+  EXPECT_EQ(structure({"-i", "auto", "-p", "accel.layout=bvh8"}), nullptr);
 }
 
 TEST_F(AutoRender, IsAdvisedByInspect) {
