@@ -49,7 +49,7 @@ struct Sheet {
   vec3 normal_at(const vec3& p) const { return is_sphere ? glm::normalize(p - normal_or_centre) : normal_or_centre; }
 };
 
-inline constexpr std::size_t most_sheets = 16;
+inline constexpr std::size_t most_sheets = 32;
 
 // The sheets about a point that gathers.
 class NearWalls {
