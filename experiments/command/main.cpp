@@ -182,7 +182,8 @@ class CommandLine {
          "changed; exit 1 if the bits differ");
     text(c, "-i,--integrator", render_.integrator, "NAME",
          "default path, with --load-cache that of the cache; see `etendue list integrators`");
-    text(c, "--accel", render_.accel, "NAME", "default: binned-sah in the layout that suits, beside -i auto what suits the budget; see `etendue list accels`");
+    text(c, "--accel", render_.accel, "NAME",
+         "default: binned-sah in the layout that suits, beside -i auto what suits the budget; see `etendue list accels`");
     whole(c, "--spp", render_.spp, 1, 4'000'000'000, "N", "iterations: samples per pixel, photon passes; default 64");
     parsed(c, "--time", render_.time_s, duration_option, "30s",
            "the image is there by then, preparation included (a longer preparation is finished first)");

@@ -37,11 +37,12 @@ bool has_distant_light(const RenderContext& context) {
   });
 }
 
-// Do mirrors or glass show light that came by way of others, whose lights no path of the pilot met? A bidirectional path cannot
-// be joined between two specular surfaces.
+// Do mirrors or glass show light that came by way of others, whose lights the pilot's paths met too seldom, or never? A
+// bidirectional path cannot be joined between two specular surfaces.
 bool hides_caustics(const PilotFindings& found) {
+  constexpr double seldom = 0.01;  // rays that meet such a light, over its share of all light
   return found.caustic_photons >= fewest_caustics && found.by_specular * found.caustic_light >= least_caustic_light &&
-         (found.caustic_hits == 0 || found.unmet_caustics >= least_caustic_light);
+         (found.caustic_hits < seldom * found.caustic_light || found.unmet_caustics >= least_caustic_light);
 }
 
 // The share of all light that comes by way of frosted glass that is nearly smooth: what fewer photons bring as caustics where

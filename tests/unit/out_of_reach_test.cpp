@@ -32,7 +32,9 @@ TEST(LightOutOfReach, IsToldOfMethodsThatFindItByChance) {
   }
   EXPECT_EQ(told("builtin:water", "cppm"), "");
   EXPECT_NE(told("builtin:veiled-lamp?seen=through,radius=0.003", "bdpt").find("vcm brings them"), std::string::npos);
-  for (const char* scene : {"builtin:glass-caustic", "builtin:cornell-spheres", "builtin:veiled-lamp?radius=0.003"})
+  // A pilot's ray or two that met the lamp by luck do not make its caustic in the ball one that bdpt brings.
+  EXPECT_NE(told("builtin:glass-caustic", "bdpt").find("vcm brings them"), std::string::npos);
+  for (const char* scene : {"builtin:cornell-spheres", "builtin:veiled-lamp?radius=0.003"})
     EXPECT_EQ(told(scene, "bdpt"), "") << scene;
   EXPECT_EQ(told("builtin:thin-wall", "path"), "");    // a mirror in which paths find the light
   EXPECT_EQ(told("builtin:cornell-box", "path"), "");  // nothing specular
