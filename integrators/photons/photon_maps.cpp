@@ -3,7 +3,7 @@
 #include "framework/core/elementary.h"
 #include "framework/core/parallel.h"
 #include "integrators/photons/cache_points.h"
-#include "integrators/photons/emission_need.h"
+#include "integrators/photons/emission/emission_need.h"
 #include "integrators/photons/kernel_domain.h"
 
 namespace etendue {

@@ -22,7 +22,7 @@
 
 #include "framework/structure_names.h"
 #include "integrators/photons/final_gather.h"
-#include "integrators/photons/visible_region.h"
+#include "integrators/photons/emission/visible_region.h"
 
 #include <string>
 

@@ -8,7 +8,7 @@
 #include "framework/transport/bsdf.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/photons/photon_event.h"
-#include "integrators/photons/visible_region.h"
+#include "integrators/photons/emission/visible_region.h"
 
 namespace etendue {
 

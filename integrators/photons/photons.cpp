@@ -2,8 +2,8 @@
 
 #include "framework/core/check.h"
 #include "framework/core/parallel.h"
-#include "integrators/photons/emission_guide.h"
-#include "integrators/photons/photon_chains.h"
+#include "integrators/photons/emission/emission_guide.h"
+#include "integrators/photons/emission/photon_chains.h"
 #include "integrators/photons/photon_path.h"
 #include "integrators/photons/photon_wave.h"
 

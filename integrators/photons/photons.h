@@ -24,12 +24,12 @@
 // they will be gathered.
 //
 //   power        all of the same power, wherever they go
-//   importance   by a guide over the numbers of emission, learned from a quarter of the paths (emission_guide.h). Photons that
-//                are rare where they are not expected to matter are strong in turn; unbiased everywhere
+//   importance   by a guide over the numbers of emission, learned from a quarter of the paths (emission/emission_guide.h).
+//                Photons that are rare where they are not expected to matter are strong in turn; unbiased everywhere
 //   visibility   paths that store a photon in the region and no others, by Markov chains, all of about the same power
-//                (photon_chains.h). Unbiased within the region; outside of it light is missing
+//                (emission/photon_chains.h). Unbiased within the region; outside of it light is missing
 //
-// By need (emission_need.h) is one of the first and the last; passes know it no more.
+// By need (emission/emission_need.h) is one of the first and the last; passes know it no more.
 #pragma once
 
 #include "framework/integrator.h"

@@ -8,7 +8,7 @@
 #include "integrators/paths/path_choices.h"
 #include "integrators/photons/photon_camera_path.h"
 #include "integrators/photons/photon_path.h"
-#include "integrators/photons/visible_region.h"
+#include "integrators/photons/emission/visible_region.h"
 
 #include <cmath>
 

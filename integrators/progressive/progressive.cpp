@@ -1,7 +1,7 @@
 #include "integrators/progressive/progressive.h"
 
 #include "integrators/photons/cache_points.h"
-#include "integrators/photons/emission_need.h"
+#include "integrators/photons/emission/emission_need.h"
 #include "integrators/photons/kernel_domain.h"
 
 #include <numeric>

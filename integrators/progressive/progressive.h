@@ -39,7 +39,7 @@
 #include "integrators/paths/wavefront.h"
 #include "integrators/photons/direct_shares.h"
 #include "integrators/photons/disc_coverage.h"
-#include "integrators/photons/visible_region.h"
+#include "integrators/photons/emission/visible_region.h"
 #include "integrators/progressive/radius_policy.h"
 
 #include <array>

@@ -51,7 +51,7 @@ double frosted_caustics(const RenderContext& context, const PilotFindings& found
   return has_nearly_smooth_glass(context.scene) ? found.caustic_light - run_pilot(context, 0).caustic_light : 0;
 }
 
-// By what it is told, or by need, as maps that are seen directly do (integrators/photons/emission_need.h).
+// By what it is told, or by need, as maps that are seen directly do (integrators/photons/emission/emission_need.h).
 bool guides_photons(const std::string& method, const ParamMap& params) {
   if (params.contains("emission") && !is_set(params, "emission", name_of(PhotonEmission::by_need)))
     return !is_set(params, "emission", name_of(PhotonEmission::power));

@@ -162,7 +162,7 @@ TEST(PhotonEdges, PhotonMapTellsOfTheLightItLoses) {
     testing::RenderOptions options;
     options.resolution = {32, 32};
     options.iterations = 4;
-    options.params = testing::params_of({{"retrace", "true"}, {"edges", edges}});
+    options.params = testing::params_of({{"retrace", "true"}, {"edges", edges}, {"emission", "power"}});
     const Scene scene = load_scene(name);
     const auto rendered = testing::render(scene, "photon-map", options);
     options.iterations = 64;
@@ -186,7 +186,7 @@ TEST(PhotonEdges, PhotonMapTellsOfAllThatItLoses) {
     testing::RenderOptions options;
     options.resolution = {32, 32};
     options.iterations = 1;
-    options.params = testing::params_of({{"edges", edges}});
+    options.params = testing::params_of({{"edges", edges}, {"emission", "power"}});
     return testing::render(scene, "photon-map", options).expectation.left_out;
   };
   const std::string metals = left_out("visible"), both = left_out("disc");

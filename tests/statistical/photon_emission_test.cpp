@@ -1,7 +1,7 @@
 // Emission where photons matter: the same light as emission by power, on more photons.
 #include "framework/io/load_scene.h"
 #include "framework/scene/builder.h"
-#include "integrators/photons/emission_need.h"
+#include "integrators/photons/emission/emission_need.h"
 #include "tests/scene_context.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "integrators/photons/visible_region.h"
+#include "integrators/photons/emission/visible_region.h"
 
 #include "framework/core/parallel.h"
 #include "framework/transport/bsdf.h"

@@ -1,4 +1,4 @@
-#include "integrators/photons/emission_guide.h"
+#include "integrators/photons/emission/emission_guide.h"
 
 #include "integrators/photons/photon_wave.h"
 

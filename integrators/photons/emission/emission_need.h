@@ -6,7 +6,7 @@
 // land in view by themselves, the chains' noise and time are for nothing.
 #pragma once
 
-#include "integrators/photons/visible_region.h"
+#include "integrators/photons/emission/visible_region.h"
 
 namespace etendue {
 

@@ -1,4 +1,4 @@
-#include "integrators/photons/emission_need.h"
+#include "integrators/photons/emission/emission_need.h"
 
 #include "integrators/photons/photon_path.h"
 

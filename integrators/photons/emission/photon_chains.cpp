@@ -1,4 +1,4 @@
-#include "integrators/photons/photon_chains.h"
+#include "integrators/photons/emission/photon_chains.h"
 
 #include "framework/core/elementary.h"
 #include "integrators/photons/photon_path.h"
