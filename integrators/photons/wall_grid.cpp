@@ -11,7 +11,8 @@ namespace etendue {
 namespace {
 
 constexpr float most_cells_aside = 64;
-constexpr float same_normal = 0x1p-20f;  // two planes are one within this angle, and within rounding
+constexpr std::uint32_t fine_mesh = 4096;  // triangles: lists soon end there, and long ones take time to fill for nothing
+constexpr float same_normal = 0x1p-20f;    // two planes are one within this angle, and within rounding
 
 std::optional<Sheet> sheet_of(const Geometry& geometry, std::uint32_t primitive) {
   const auto plane = [&](const vec3& point, const vec3& normal) {
@@ -105,7 +106,7 @@ class WallGrid::Slab {
           const vec3 centre = grid_.centre(c);
           if (list.too_many || (sheet && std::abs(sheet->height(centre)) > reach)) continue;
           if (sheet && holds(list, *sheet, centre)) continue;
-          if (!sheet || list.sheets.size() == most_sheets)
+          if (!sheet || list.sheets.size() == grid_.longest_list_)
             list = {.too_many = true, .sheets = {}};
           else
             list.sheets.push_back(*sheet);
@@ -169,6 +170,7 @@ class WallGrid::Slab {
 
 WallGrid::WallGrid(const Scene& scene, float radius) : radius_(radius) {
   const Geometry& geometry = scene.objects[0].geometry;
+  longest_list_ = geometry.primitive_count() > fine_mesh ? most_sheets / 2 : most_sheets;
   std::vector<Bounds> boxes(geometry.primitive_count());  // empty where nothing may be held
   parallel_for(boxes.size(), 1024, [&](std::size_t i) {
     const auto id = static_cast<std::uint32_t>(i);

@@ -122,6 +122,7 @@ class WallGrid {
   std::size_t index(const uvec3& c) const { return (static_cast<std::size_t>(c.z) * size_.y + c.y) * size_.x + c.x; }
 
   float radius_, rounding_ = 0;
+  std::size_t longest_list_;  // of a cell's sheets
   vec3 lower_{0};
   float cell_size_ = 1, cells_per_metre_ = 1;
   uvec3 size_{0};
