@@ -29,7 +29,7 @@ int stress_command(RunCommand command);
 struct RenderCommand {
   std::string scene, from;  // of the two at least one; `from`: an image to repeat
   std::string integrator;   // empty: that of the cache to load, else path
-  std::string accel;        // empty: default_accel()
+  std::string accel;        // empty: default_accel(), as the integrator has it
   std::optional<std::uint64_t> spp, seed;
   std::optional<double> time_s, error;
   std::optional<int> threads;

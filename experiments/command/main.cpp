@@ -189,7 +189,8 @@ class CommandLine {
            "the image is there by then, preparation included (a longer preparation is finished first)");
     parsed(c, "--error", render_.error, relmse_option, "0.01", "until relmse is that small (within --time, default 10min)");
     whole(c, "--seed", render_.seed, 0, INT64_MAX, "N", "default 1");
-    repeated(c, "-p", render_.params, "KEY=VALUE", "a parameter of the integrator, or accel.KEY of the structure; repeatable");
+    repeated(c, "-p", render_.params, "KEY=VALUE",
+             "a parameter of the integrator, or accel.KEY of the structure, binned-sah where none is named; repeatable");
     text(c, "-o", render_.output, "FILE", ".exr or .png; default: named after scene and integrator, none with --json");
     c->add_option(
          "--aov", render_.aovs,

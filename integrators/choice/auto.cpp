@@ -7,6 +7,8 @@ namespace etendue {
 
 namespace {
 
+constexpr const char* own_name = "auto";
+
 class Auto final : public Integrator {
  public:
   explicit Auto(const AutoParams& params) : params_(params) {}
@@ -40,8 +42,6 @@ class Auto final : public Integrator {
 };
 
 }  // namespace
-
-constexpr const char* own_name = "auto";
 
 IntegratorEntry auto_entry() {
   return integrator_entry<Auto, AutoParams>(own_name,

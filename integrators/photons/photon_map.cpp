@@ -32,6 +32,7 @@ class PhotonMapping final : public Integrator {
   void trace_maps(RenderContext& context, std::uint32_t pass);
   double lost_at_edges(const RenderContext& context) const;
   void expect_loss(double lost);
+  void leave_out(const std::string& what);
   PhotonCameraPath walk(const RenderContext& context) const { return {context, maps_.rough_materials(), max_depth_}; }
   Rgb camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const;
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
@@ -58,6 +59,8 @@ void PhotonMapping::prepare(RenderContext& context) {
   expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   direct_ = {walk(context), params_.sampler, params_.further_paths, true};
   trace_maps(context, 0);
+  if (params_.emission == PhotonEmission::visibility && maps_.global().size() == 0 && !context.lights.empty())
+    leave_out("no photon found a way to what is seen, so that none was led there: light that photons bring is left out");
   if (params_.final_gather == 0 && params_.edges == Edges::disc) expect_loss(lost_at_edges(context));
 }
 
@@ -95,11 +98,15 @@ double PhotonMapping::lost_at_edges(const RenderContext& context) const {
 void PhotonMapping::expect_loss(double lost) {
   if (lost <= usual_bias) return;
   expected_.bias_bound = std::max(expected_.bias_bound, std::min(1.0, 2 * lost));
+  leave_out(
+      fmt::format("kernels reach beyond edges and corners, where about {:.0f} % of the light is lost; "
+                  "edges = \"visible\" keeps it, and more photons lose less",
+                  100 * lost));
+}
+
+void PhotonMapping::leave_out(const std::string& what) {
   if (!expected_.left_out.empty()) expected_.left_out += "; ";
-  expected_.left_out += fmt::format(
-      "kernels reach beyond edges and corners, where about {:.0f} % of the light is lost; "
-      "edges = \"visible\" keeps it, and more photons lose less",
-      100 * lost);
+  expected_.left_out += what;
 }
 
 void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {

@@ -3,7 +3,6 @@
 #include "framework/core/elementary.h"
 #include "framework/core/parallel.h"
 #include "integrators/photons/cache_points.h"
-#include "integrators/photons/emission/emission_need.h"
 #include "integrators/photons/kernel_domain.h"
 
 namespace etendue {
@@ -37,10 +36,6 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   wide_radius_ = wide_radius(context.bounds);
   rough_materials_ =
       std::make_unique<RoughMaterials>(context.scene, params_.carry_below, LobeTails::followed, gathers_coats(context));
-  const SeenOptions seen{4, use.max_depth, use.sampler, params_.side_test};
-  if (params_.emission == PhotonEmission::by_need && (use.gather_rays > 0 || use.interpolated || use.new_caustics))
-    params_.emission = PhotonEmission::power;
-  params_.emission = emission_by_need(context, *rough_materials_, params_.emission, seen);
   const bool caustics = context.needs.caustic_map || rough_materials_->narrow_lobes();
   // A map that is seen directly shows caustics as well as one of their own does, in less time (experiments/ledger.toml).
   // But hulls are not for caustics, which are looked up apart where they have a map of their own, or gather rays the other.
@@ -55,7 +50,7 @@ void PhotonMaps::prepare(const RenderContext& context, const PhotonMapsUse& use)
   holds_caustics_ = caustics && !separate_caustics_;
   global_edges_ = holds_caustics_ && hulls && use.gather_rays == 0 ? Edges::disc : params_.edges;
   global_seen_ = separate_caustics_ ? photon_indirect : photon_indirect | photon_caustic;
-  if (params_.emission != PhotonEmission::power) mark_seen(context, seen);
+  if (params_.emission != PhotonEmission::power) mark_seen(context);
 }
 
 // As many as make the kernel's radius over k of them 0.7 % of the scene's diagonal, at the median of what pixels see; but not
@@ -108,8 +103,9 @@ int PhotonMaps::enough_photons(const RenderContext& context) {
   return static_cast<int>(std::clamp<double>(photons, fewest_photons, most));
 }
 
-void PhotonMaps::mark_seen(const RenderContext& context, const SeenOptions& options) {
+void PhotonMaps::mark_seen(const RenderContext& context) {
   const auto timed = context.phases.measure("initial_pass");
+  const SeenOptions options{4, use_.max_depth, use_.sampler, params_.side_test};
   // Twice what k photons need of the area seen if half of those emitted reach it, as densities differ; for gather rays, a
   // fiftieth of the scene.
   const double area = seen_area(context, *rough_materials_, options);

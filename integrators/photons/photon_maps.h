@@ -21,8 +21,8 @@
 #pragma once
 
 #include "framework/structure_names.h"
-#include "integrators/photons/final_gather.h"
 #include "integrators/photons/emission/visible_region.h"
+#include "integrators/photons/final_gather.h"
 
 #include <string>
 
@@ -43,7 +43,7 @@ struct PhotonMapsParams {
   float carry_below = 0.25f;
   bool side_test = true;
   Edges edges = Edges::disc;
-  PhotonEmission emission = PhotonEmission::by_need;
+  PhotonEmission emission = PhotonEmission::power;
   std::string structure = "hash-grid";
 };
 
@@ -74,10 +74,8 @@ void describe_photon_maps(Visitor& v, PhotonMapsParams& p) {
   v.choice("edges", p.edges,
            "what photons are divided by: the whole disc, its part that the point sees, or their own hull (caustics that are "
            "seen: the whole disc); caustics that are new in every iteration always by the part that the point sees");
-  v.choice(
-      "emission", p.emission,
-      "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone; auto: the "
-      "last where fewer than one in a hundred would land in view, and the map is seen directly");
+  v.choice("emission", p.emission,
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   v.choice("structure", p.structure, point_structure_names, "what finds the photons");
 }
 
@@ -126,7 +124,7 @@ class PhotonMaps {
  private:
   int enough_photons(const RenderContext& context);
   void precompute(const RenderContext& context, PhotonPass pass);
-  void mark_seen(const RenderContext& context, const SeenOptions& options);
+  void mark_seen(const RenderContext& context);
   PhotonPass pass_of(int count, std::uint64_t key, int max_scatterings, PhotonHistory keep, const VisibleRegion* visible) const;
   Photons trace(const RenderContext& context, const PhotonPass& pass) const;
   float radius_of_few(const std::vector<vec3>& positions);

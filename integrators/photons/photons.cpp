@@ -1,6 +1,5 @@
 #include "integrators/photons/photons.h"
 
-#include "framework/core/check.h"
 #include "framework/core/parallel.h"
 #include "integrators/photons/emission/emission_guide.h"
 #include "integrators/photons/emission/photon_chains.h"
@@ -174,7 +173,6 @@ Expectation expectation_in(const RenderContext& context, const RoughMaterials& r
 }
 
 Photons trace_photons(const RenderContext& context, const RoughMaterials& rough_materials, const PhotonPass& pass) {
-  CHECK(pass.emission != PhotonEmission::by_need);
   if (context.lights.empty() || pass.count == 0 || pass.max_scatterings < 0) return {};
   if (pass.max_scatterings == 0 && !(pass.keep & photon_direct)) return {};  // the first that could be kept have scattered once
   Photons photons = pass.emission == PhotonEmission::importance   ? trace_by_importance(context, rough_materials, pass)

@@ -28,8 +28,6 @@
 //                Photons that are rare where they are not expected to matter are strong in turn; unbiased everywhere
 //   visibility   paths that store a photon in the region and no others, by Markov chains, all of about the same power
 //                (emission/photon_chains.h). Unbiased within the region; outside of it light is missing
-//
-// By need (emission/emission_need.h) is one of the first and the last; passes know it no more.
 #pragma once
 
 #include "framework/integrator.h"
@@ -146,8 +144,8 @@ bool gathers_coats(const RenderContext& context);
 // where none are gathered, it is left out.
 Expectation expectation_in(const RenderContext& context, const RoughMaterials& rough_materials, Expectation expected);
 
-enum class PhotonEmission : std::uint8_t { by_need, power, importance, visibility };
-constexpr auto names_of(PhotonEmission) { return std::array{"auto", "power", "importance", "visibility"}; }
+enum class PhotonEmission : std::uint8_t { power, importance, visibility };
+constexpr auto names_of(PhotonEmission) { return std::array{"power", "importance", "visibility"}; }
 
 class VisibleRegion;
 

@@ -28,6 +28,12 @@ double rays_so_far() {
                              values[static_cast<std::size_t>(Counter::shadow_rays)]);
 }
 
+ivec2 pilot_resolution(ivec2 resolution, double share) {
+  const double pixels = static_cast<double>(resolution.x) * resolution.y;
+  const double factor = std::max(1.0, std::sqrt(pixels / (share * pilot_pixels)));
+  return glm::max(ivec2(1), ivec2(dvec2(resolution) / factor + 0.5));
+}
+
 // The relMSE of one of `samples` that make up each group's value, from the scatter of the groups about their mean.
 double error_of_one(const std::vector<Image>& groups, int samples) {
   const auto n = static_cast<double>(groups.size());
@@ -355,7 +361,7 @@ PilotFindings run_pilot(const RenderContext& context, float narrow, double share
   const auto timed = context.phases.measure("pilot");
   const double before = rays_so_far();
   RenderContext small = context;
-  small.resolution = reduced(context.resolution, share * pilot_pixels);
+  small.resolution = pilot_resolution(context.resolution, share);
   small.window = {};                                    // which is of the real image's pixels
   small.seed = hash_keys(context.seed, 0x70696c6f74u);  // of its own: nothing of the pilot is in the image
   PilotFindings findings{.share = share};

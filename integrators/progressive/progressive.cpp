@@ -1,7 +1,6 @@
 #include "integrators/progressive/progressive.h"
 
 #include "integrators/photons/cache_points.h"
-#include "integrators/photons/emission/emission_need.h"
 #include "integrators/photons/kernel_domain.h"
 
 #include <numeric>
@@ -73,12 +72,10 @@ void ProgressivePasses::prepare(const RenderContext& context) {
              params_.sampler,
              params_.further_paths,
              params_.direct == DirectLighting::sample};
-  const SeenOptions options{2, max_depth_, params_.sampler, params_.side_test};
-  params_.emission = emission_by_need(context, *rough_materials_, params_.emission, options);
   if (params_.emission == PhotonEmission::power && params_.radius > 0) return;
   widest_ = params_.radius > 0 ? params_.radius : 0.05f * glm::length(context.bounds.diagonal());
   // Half as much again as the radius, for what lies between the samples of a pixel.
-  seen_ = find_seen(context, *rough_materials_, options, 1.5f * widest_);
+  seen_ = find_seen(context, *rough_materials_, {2, max_depth_, params_.sampler, params_.side_test}, 1.5f * widest_);
 }
 
 void ProgressivePasses::look_for_walls(const RenderContext& context, float radius) {

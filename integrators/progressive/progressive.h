@@ -62,7 +62,7 @@ struct ProgressiveParams {
   float radius = 0;
   DirectLighting direct = DirectLighting::sample;
   Kernel kernel = Kernel::epanechnikov;
-  PhotonEmission emission = PhotonEmission::by_need;
+  PhotonEmission emission = PhotonEmission::power;
   float carry_below = 0.25f;
   LobeTails lobe_tails = LobeTails::followed;
   bool side_test = true;
@@ -84,10 +84,8 @@ void describe_progressive(Visitor& v, ProgressiveParams& p) {
   v.number("radius", p.radius, 0, 1e12, "m", "first radius of every pixel; 0: from the density of the photons");
   v.choice("direct", p.direct, "direct light by sampling lights, or by photons like all else");
   v.choice("kernel", p.kernel, "density kernel, normalised");
-  v.choice(
-      "emission", p.emission,
-      "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone; auto: the "
-      "last where fewer than one in a hundred would land in view");
+  v.choice("emission", p.emission,
+           "of photons: by the lights' power, more of it where photons will be seen, or by paths that are seen alone");
   describe_carry_below(v, p.carry_below);
   v.choice("lobe_tails", p.lobe_tails,
            "those lobes whole, or their core alone: in their tails photons are gathered, with less noise, but leaks under "

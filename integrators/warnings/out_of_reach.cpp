@@ -51,21 +51,13 @@ double frosted_caustics(const RenderContext& context, const PilotFindings& found
   return has_nearly_smooth_glass(context.scene) ? found.caustic_light - run_pilot(context, 0).caustic_light : 0;
 }
 
-// By what it is told, or by need, as maps that are seen directly do (integrators/photons/emission/emission_need.h).
-bool guides_photons(const std::string& method, const ParamMap& params) {
-  if (params.contains("emission") && !is_set(params, "emission", name_of(PhotonEmission::by_need)))
-    return !is_set(params, "emission", name_of(PhotonEmission::power));
-  const bool gathers = params.contains("final_gather") && !is_set(params, "final_gather", "0");
-  return method != "photon-cache" && !gathers;
-}
-
 }  // namespace
 
 std::string light_out_of_reach(const RenderContext& context, const std::string& method, const ParamMap& params) {
   constexpr std::array by_chance{"path", "guided"};
   constexpr std::array by_light_paths{"light-trace", "vcm"};
   constexpr std::array by_photons{"photon-map", "ppm", "sppm", "ppm-memoryless", "appm", "cppm", "photon-cache"};
-  const bool guided = is_among(by_photons, method) && guides_photons(method, params);
+  const bool guided = is_among(by_photons, method) && params.contains("emission") && !is_set(params, "emission", "power");
   const bool by_paths = is_among(by_light_paths, method) && !is_bdpt(context, method, params);
   if (by_paths || is_among(by_photons, method)) {
     const PilotFindings found = run_pilot(context);

@@ -1,7 +1,6 @@
 // Emission where photons matter: the same light as emission by power, on more photons.
-#include "framework/io/load_scene.h"
 #include "framework/scene/builder.h"
-#include "integrators/photons/emission/emission_need.h"
+#include "integrators/photons/emission/visible_region.h"
 #include "tests/scene_context.h"
 
 #include <gtest/gtest.h>
@@ -176,23 +175,6 @@ TEST(PhotonEmission, SamePhotonsAtAnyThreadCount) {
     EXPECT_TRUE(one == (EmissionTrial{scene, region, 30000, 2}.photons(emission, 2)));
     EXPECT_TRUE(one == (EmissionTrial{scene, region, 30000, 3}.photons(emission, 2)));
   }
-}
-
-TEST(PhotonEmission, IsLedToWhatIsSeenWhereFewPhotonsLandThereAndNoneWouldBeLost) {
-  const auto chosen = [](const std::string& scene, PhotonEmission asked, std::uint64_t seed) {
-    const testing::SceneContext stage(load_scene(scene), {64, 64}, seed);
-    const RoughMaterials rough(stage.scene, 0.25f);
-    return emission_by_need(stage.context, rough, asked, {4, 64, SamplerKind::sobol});
-  };
-  for (const std::uint64_t seed : {1, 2}) {
-    for (const char* scene : {"builtin:exterior", "builtin:sunlit-field?surroundings=64"})
-      EXPECT_EQ(chosen(scene, PhotonEmission::by_need, seed), PhotonEmission::visibility) << scene;
-    for (const char* scene : {"builtin:cornell-box", "builtin:stadium", "builtin:sunlit-field"})
-      EXPECT_EQ(chosen(scene, PhotonEmission::by_need, seed), PhotonEmission::power) << scene;
-    // No photon tells where to lead them.
-    EXPECT_EQ(chosen("builtin:slivers", PhotonEmission::by_need, seed), PhotonEmission::power);
-  }
-  for (const PhotonEmission emission : emissions) EXPECT_EQ(chosen("builtin:exterior", emission, 1), emission);
 }
 
 TEST(PhotonEmission, NoPhotonWhereNoneIsVisible) {

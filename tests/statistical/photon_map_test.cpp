@@ -294,27 +294,6 @@ TEST(PhotonMapping, MatchesClosedFormsWithinItsDeclaredBias) {
     }
 }
 
-// A small house on a wide ground in the sun. By power one photon in 140 lands in view: kernels reach far beyond its edges, and
-// lose a seventh of the light.
-TEST(PhotonMapping, KeepsTheLightOfWhatFewPhotonsReach) {
-  const Scene scene = load_scene("builtin:exterior");
-  const auto brightness = [&](const char* method, RenderOptions options) {
-    options.resolution = {32, 32};
-    double sum = 0;
-    for (options.seed = 1; options.seed <= 4; ++options.seed)
-      for (const dvec3& p : render(scene, method, options).image.pixels) sum += luminance(Rgb(p));
-    return sum;
-  };
-  const auto by = [&](const char* emission) {
-    return brightness("photon-map", map_options(200000, 2, {{"emission", {std::string(emission), {}}}}));
-  };
-  RenderOptions paths;
-  paths.iterations = 512;
-  const double expected = brightness("path", paths);
-  EXPECT_NEAR(by("auto"), expected, 0.04 * expected);
-  EXPECT_LT(by("power"), 0.92 * expected);
-}
-
 TEST(PhotonMapping, FollowsTheClosedFormPixelByPixel) {
   // Light off the centre; indirect light is even, so no kernel blurs it, and what is left is the photons' noise.
   const Scene scene = load_scene("builtin:lambert-sphere-off-centre");

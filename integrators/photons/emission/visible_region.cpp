@@ -101,11 +101,6 @@ void for_camera_rays(const RenderContext& context, const SeenOptions& options, c
 
 }  // namespace
 
-ivec2 reduced(ivec2 resolution, double pixels) {
-  const double factor = std::max(1.0, std::sqrt(static_cast<double>(resolution.x) * resolution.y / pixels));
-  return glm::max(ivec2(1), ivec2(dvec2(resolution) / factor + 0.5));
-}
-
 double seen_area(const RenderContext& context, const RoughMaterials& rough_materials, const SeenOptions& options) {
   const Camera& camera = context.scene.camera;
   const vec2 pixel = 2.0f * camera.half_extent(context.resolution) / vec2(context.resolution);

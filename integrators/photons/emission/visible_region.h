@@ -49,9 +49,6 @@ struct SeenOptions {
   bool side_test = true;  // else photons on every side matter
 };
 
-// An image of the same shape as `resolution`, of about `pixels` if that is less: for what a few pixels tell of all.
-ivec2 reduced(ivec2 resolution, double pixels);
-
 // Area of rough vertices that the camera sees, in m^2: the sum of the pixels' footprints at the ends of these paths.
 double seen_area(const RenderContext& context, const RoughMaterials& rough_materials, const SeenOptions& options);
 
