@@ -194,7 +194,7 @@ TEST(PhotonEdges, PhotonMapTellsOfAllThatItLoses) {
   EXPECT_TRUE(both.starts_with(metals + "; kernels reach beyond edges")) << both;
 }
 
-// Of a field that is a 192nd as wide as what the sun shines on no photon tells where to lead others.
+// The field is a 192nd as wide as what the sun shines on: no photon lands there that would tell where to lead others.
 TEST(PhotonEdges, PhotonMapTellsThatNoPhotonWasLedToWhatIsSeen) {
   const Scene scene = load_scene("builtin:sunlit-field?surroundings=192");
   const auto left_out = [&](const char* emission) {
