@@ -9,13 +9,15 @@ namespace {
 
 constexpr const char* own_name = "auto";
 
+Effort effort_for(const AutoParams& params, const Effort& told) { return params.seconds > 0 ? Effort{params.seconds} : told; }
+
 class Auto final : public Integrator {
  public:
   explicit Auto(const AutoParams& params) : params_(params) {}
 
   void prepare(RenderContext& context) override {
     const Effort told = context.effort;
-    if (params_.seconds > 0) context.effort = {params_.seconds};
+    context.effort = effort_for(params_, told);
     choice_ = choose_method(context, run_pilot_within_effort(context), params_.bias);
     context.effort = told;
     method_ = find_integrator(choice_.name, {}).make(choice_.params);
@@ -49,9 +51,7 @@ IntegratorEntry auto_entry() {
 }
 
 Effort effort_chosen_for(const std::string& method, const ParamMap& params, const Effort& told) {
-  if (method != own_name) return told;
-  const float seconds = read_params<AutoParams>(params, method).seconds;
-  return seconds > 0 ? Effort{seconds} : told;
+  return method == own_name ? effort_for(read_params<AutoParams>(params, method), told) : told;
 }
 
 }  // namespace etendue
