@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <numeric>
+#include <optional>
 
 namespace etendue {
 
@@ -20,19 +21,23 @@ struct CameraSample {
   Sampler sampler;
 };
 
+void leave_out(Expectation& expected, const std::string& what) {
+  if (!expected.left_out.empty()) expected.left_out += "; ";
+  expected.left_out += what;
+}
+
 class PhotonMapping final : public Integrator {
  public:
   explicit PhotonMapping(const PhotonMapParams& params);
 
   void prepare(RenderContext& context) override;
   void iteration(RenderContext& context, std::uint32_t index, Film& film) override;
-  Expectation expectation() const override { return expected_; }
+  Expectation expectation() const override;
 
  private:
   void trace_maps(RenderContext& context, std::uint32_t pass);
   double lost_at_edges(const RenderContext& context) const;
   void expect_loss(double lost);
-  void leave_out(const std::string& what);
   PhotonCameraPath walk(const RenderContext& context) const { return {context, maps_.rough_materials(), max_depth_}; }
   Rgb camera_radiance(const RenderContext& context, const Ray& ray, CameraSample& sample) const;
   Rgb reflected(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int depth,
@@ -40,6 +45,7 @@ class PhotonMapping final : public Integrator {
 
   PhotonMapParams params_;
   Expectation expected_;
+  std::optional<bool> landed_;  // photons of any pass on what is seen; empty: none was traced, or nothing shines
   int max_depth_ = 0;
   PhotonMaps maps_;
   DirectShares direct_;
@@ -59,8 +65,6 @@ void PhotonMapping::prepare(RenderContext& context) {
   expected_ = expectation_in(context, maps_.rough_materials(), std::move(expected_));
   direct_ = {walk(context), params_.sampler, params_.further_paths, true};
   trace_maps(context, 0);
-  if (params_.emission == PhotonEmission::visibility && maps_.global().size() == 0 && !context.lights.empty())
-    leave_out("no photon found a way to what is seen, so that none was led there: light that photons bring is left out");
   if (params_.final_gather == 0 && params_.edges == Edges::disc) expect_loss(lost_at_edges(context));
 }
 
@@ -98,20 +102,25 @@ double PhotonMapping::lost_at_edges(const RenderContext& context) const {
 void PhotonMapping::expect_loss(double lost) {
   if (lost <= usual_bias) return;
   expected_.bias_bound = std::max(expected_.bias_bound, std::min(1.0, 2 * lost));
-  leave_out(
-      fmt::format("kernels reach beyond edges and corners, where about {:.0f} % of the light is lost; "
-                  "edges = \"visible\" keeps it, and more photons lose less",
-                  100 * lost));
+  leave_out(expected_, fmt::format("kernels reach beyond edges and corners, where about {:.0f} % of the light is lost; "
+                                   "edges = \"visible\" keeps it, and more photons lose less",
+                                   100 * lost));
 }
 
-void PhotonMapping::leave_out(const std::string& what) {
-  if (!expected_.left_out.empty()) expected_.left_out += "; ";
-  expected_.left_out += what;
+// By visibility photons are led where others landed before: where none did in any pass, none is.
+Expectation PhotonMapping::expectation() const {
+  Expectation told = expected_;
+  if (params_.emission == PhotonEmission::visibility && landed_ == false) {
+    told.bias_bound = 1;
+    leave_out(told, "no photon found a way to what is seen, so that none was led there: light that photons bring is left out");
+  }
+  return told;
 }
 
 void PhotonMapping::trace_maps(RenderContext& context, std::uint32_t pass) {
   maps_.trace_global(context, pass);
   maps_.trace_caustics(context, pass);
+  if (!context.lights.empty()) landed_ = landed_.value_or(false) || !maps_.empty();
 }
 
 void PhotonMapping::iteration(RenderContext& context, std::uint32_t index, Film& film) {

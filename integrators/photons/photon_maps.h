@@ -107,6 +107,7 @@ class PhotonMaps {
   int caustic_photons() const { return separate_caustics_ ? caustic_photons_ : 0; }  // for a caustic map
   const RoughMaterials& rough_materials() const { return *rough_materials_; }
   const PhotonMap& global() const { return global_; }
+  bool empty() const { return global_.size() == 0 && caustic_.size() == 0; }
   // Caustics at a rough vertex, apart from those that are part of `seen_directly`; of directions of a BSDF density below
   // `tail_density`.
   Rgb caustics(const RenderContext& context, const SurfacePoint& point, const Bsdf& bsdf, const vec3& wo, int max_scatterings,

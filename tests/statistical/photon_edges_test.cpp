@@ -177,19 +177,21 @@ TEST(PhotonEdges, PhotonMapTellsOfTheLightItLoses) {
   EXPECT_NE(left_out("builtin:exterior", "disc"), "");
 }
 
+std::string left_out_by_photon_map(const Scene& scene, const char* parameter, const char* value) {
+  testing::RenderOptions options;
+  options.resolution = {32, 32};
+  options.iterations = 1;
+  options.params = testing::params_of({{parameter, value}});
+  return testing::render(scene, "photon-map", options).expectation.left_out;
+}
+
 // Beside the light that metals leave out, once some of the houses are of glass.
 TEST(PhotonEdges, PhotonMapTellsOfAllThatItLoses) {
   Scene scene = load_scene("builtin:exterior");
   scene.materials[1] = Dielectric{.eta = 1.5f};
   scene.materials.emplace_back(Conductor{.alpha = vec2(0.05f)});
-  const auto left_out = [&](const char* edges) {
-    testing::RenderOptions options;
-    options.resolution = {32, 32};
-    options.iterations = 1;
-    options.params = testing::params_of({{"edges", edges}});
-    return testing::render(scene, "photon-map", options).expectation.left_out;
-  };
-  const std::string metals = left_out("visible"), both = left_out("disc");
+  const std::string metals = left_out_by_photon_map(scene, "edges", "visible"),
+                    both = left_out_by_photon_map(scene, "edges", "disc");
   EXPECT_TRUE(metals.ends_with("vcm brings it")) << metals;
   EXPECT_TRUE(both.starts_with(metals + "; kernels reach beyond edges")) << both;
 }
@@ -197,15 +199,8 @@ TEST(PhotonEdges, PhotonMapTellsOfAllThatItLoses) {
 // The field is a 192nd as wide as what the sun shines on: no photon lands there that would tell where to lead others.
 TEST(PhotonEdges, PhotonMapTellsThatNoPhotonWasLedToWhatIsSeen) {
   const Scene scene = load_scene("builtin:sunlit-field?surroundings=192");
-  const auto left_out = [&](const char* emission) {
-    testing::RenderOptions options;
-    options.resolution = {32, 32};
-    options.iterations = 1;
-    options.params = testing::params_of({{"emission", emission}});
-    return testing::render(scene, "photon-map", options).expectation.left_out;
-  };
-  EXPECT_NE(left_out("visibility").find("no photon found a way"), std::string::npos);
-  EXPECT_EQ(left_out("power"), "");
+  EXPECT_NE(left_out_by_photon_map(scene, "emission", "visibility").find("no photon found a way"), std::string::npos);
+  EXPECT_EQ(left_out_by_photon_map(scene, "emission", "power"), "");
 }
 
 TEST(PhotonEdges, InsideOfASphereTheWholeDiscIsVisible) {
