@@ -111,4 +111,9 @@ void require_memory(double bytes, const Location& where, const std::string& what
                                  format_bytes(available), expectation));
 }
 
+void RoomForPaths::ask(std::size_t count, double bytes) {
+  next_ = 2 * count;
+  require_memory(bytes, {}, "what the lights' paths leave behind", "fewer paths, or a smaller max_depth");
+}
+
 }  // namespace etendue

@@ -39,6 +39,7 @@ void PhotonWave::follow(std::uint32_t first) {
   for (int scatterings = 0; !states_.empty(); ++scatterings) {
     meet(scatterings);
     ends.push_back(stored_.size());
+    room_.require(stored_.size(), bytes_of_photon, static_cast<double>(starts_.size()), pass_.count);
   }
   // Counts of each photon, then places: what one stored stays in the order of its events.
   places_.assign(last - first + 1, 0);

@@ -64,6 +64,7 @@ class PhotonWave {
   std::vector<std::uint32_t> places_;
   std::vector<Place> order_;  // of stored_: photon by photon, event by event
   Runs runs_;
+  RoomForPaths room_;
 };
 
 }  // namespace etendue

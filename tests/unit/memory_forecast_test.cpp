@@ -1,8 +1,11 @@
 // The memory of a render is foreseen within a factor of two, and kept within --memory: by errors, never by another image.
 #include "experiments/run/memory_forecast.h"
 #include "framework/core/memory.h"
+#include "framework/scene/builder.h"
 #include "integrators/caches/cache_fill.h"
 #include "integrators/photons/photons.h"
+#include "integrators/registry.h"
+#include "tests/scene_context.h"
 #include "tests/unit/harness_process.h"
 #include "tests/unit/io_helpers.h"
 
@@ -76,6 +79,28 @@ TEST(MemoryLimit, FailsWhatGrowsBeyondIt) {
   EXPECT_THROW(fail_over_memory(3), std::runtime_error);
   EXPECT_EQ(available_memory_bytes(), 0u);
   set_memory_limit(0);
+}
+
+// In a closed white room a light's path goes on for as many events as it may.
+TEST(MemoryLimit, RefusesWhatLightPathsLeaveBehind) {
+  SceneBuilder b("white sphere");
+  b.quadric(Sphere{{0, 0, 0}, 1}, b.material(Diffuse{Rgb(1)}));
+  b.light(PointLight{{0, 0, 0}, Rgb(1)});
+  b.camera({0, 0, 0.5f}, {0, 0, 0}, 50, {64, 64});
+  SceneContext stage(b.finish(), {64, 64});
+  for (const char* method : {"sppm", "photon-map", "vcm"}) {
+    ParamMap params{{"max_depth", {std::int64_t{60000}, {}}}};
+    if (std::string(method) == "vcm") params["roulette_depth"] = {std::int64_t{60000}, {}};
+    const auto integrator = find_integrator(method, {}).make(params);
+    const auto render = [&] {
+      integrator->prepare(stage.context);
+      Film film(stage.context.resolution);
+      integrator->iteration(stage.context, 0, film);
+    };
+    set_memory_limit(resident_memory_bytes() + (std::uint64_t{1} << 28));
+    EXPECT_TRUE(contains(error_of(render), "what the lights' paths leave behind needs about")) << method;
+    set_memory_limit(0);
+  }
 }
 
 // These are the bytes that docs/using.md states.
