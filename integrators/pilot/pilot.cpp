@@ -6,11 +6,13 @@
 #include "framework/transport/ray_tools.h"
 #include "integrators/paths/path.h"
 #include "integrators/paths/path_choices.h"
+#include "integrators/photons/emission/visible_region.h"
 #include "integrators/photons/photon_camera_path.h"
 #include "integrators/photons/photon_path.h"
-#include "integrators/photons/emission/visible_region.h"
+#include "integrators/photons/wall_grid.h"
 
 #include <cmath>
+#include <numeric>
 
 namespace etendue {
 
@@ -73,11 +75,12 @@ struct Seen {
   int vertices = 0, diffuse = 0, by_specular = 0;
   Probes diffuse_probes, glossy_probes;  // of diffuse vertices, and of the others
   double light = 0;                      // luminance of what the samples find, summed,
-  double behind_glass = 0;               // and of what they would if glass bent no light of points, spots and directions
+  double behind_glass = 0;               // and of what they would if glass bent no light of delta lights
   double inverse_distance = 0;           // summed over the probes, 1/m
   double area = 0;                       // of a real pixel's footprint, summed over the vertices, m^2
   std::vector<vec3> positions;           // of the vertices,
-  std::vector<vec3> sides;               // and the normals of the sides that are seen; 0: light passes, and both sides are
+  std::vector<vec3> origins;             // where rays leave them on the side that is seen,
+  std::vector<vec3> sides;               // and the normals of those sides; 0: light passes, and both are seen
 };
 
 class Vertices {
@@ -112,6 +115,7 @@ class Vertices {
       light += seen.light;
       behind_glass += seen.behind_glass;
       positions_.insert(positions_.end(), seen.positions.begin(), seen.positions.end());
+      origins_.insert(origins_.end(), seen.origins.begin(), seen.origins.end());
       sides_.insert(sides_.end(), seen.sides.begin(), seen.sides.end());
     }
     near_ = small_.make_points(point_structure);
@@ -132,17 +136,34 @@ class Vertices {
   const RoughMaterials& rough_materials() const { return rough_; }
   // Luminance of the brightest light that probes met by way of specular surfaces; 0: they met none.
   float brightest() const { return brightest_; }
-  // Share of the light that comes straight through glass from points, spots and directions, if glass bent none of it.
+  // Share of the light that comes straight through glass from delta lights, if glass bent none of it.
   double behind_glass() const { return behind_glass_; }
-  // Is this side of a surface seen? One of the nearest vertices passes the side test of gathers (photon_gather.h).
-  bool see(const vec3& position, const vec3& normal) const {
-    static thread_local Neighbours near;
-    near_->nearest(position, vertex_samples, infinity, near);
-    return std::ranges::any_of(
-        near, [&](const Neighbour& n) { return sides_[n.id] == vec3(0) || glm::dot(sides_[n.id], normal) >= 0.1f; });
+  // Is the side of a surface seen on which this photon landed? One of the nearest vertices passes the side test of gathers
+  // (photon_gather.h).
+  bool see(const Photons& photons, std::size_t i) const {
+    return any_near(photons, i, [](const Neighbour&) { return true; });
+  }
+  // Nor does a wall hide the photon from that vertex?
+  bool reach(const Photons& photons, std::size_t i) const {
+    return any_near(photons, i, [&](const Neighbour& n) {
+      if (sides_[n.id] == vec3(0)) return true;
+      const vec3& landed = photons.position[i];
+      const vec3 end = before_landing(landed, photons.direction[i], photons.flown[i], std::sqrt(n.distance_squared));
+      return sees_landed(small_, segment(origins_[n.id], end), landed);
+    });
   }
 
  private:
+  template <class Accepts>
+  bool any_near(const Photons& photons, std::size_t i, const Accepts& accepts) const {
+    static thread_local Neighbours near;
+    near_->nearest(photons.position[i], vertex_samples, infinity, near);
+    const vec3 normal = photons.side[i].normal();
+    return std::ranges::any_of(near, [&](const Neighbour& n) {
+      return (sides_[n.id] == vec3(0) || glm::dot(sides_[n.id], normal) >= 0.1f) && accepts(n);
+    });
+  }
+
   void look(ivec2 pixel) {
     const std::uint64_t key = pixel_index(pixel, small_.resolution);
     const PhotonCameraPath path{small_, rough_, small_.max_depth(0)};
@@ -173,6 +194,7 @@ class Vertices {
     seen.by_specular += depth > 0 ? 1 : 0;
     const vec3 facing = glm::dot(point.normal, wo) < 0 ? -point.normal : point.normal;
     seen.positions.push_back(point.position);
+    seen.origins.push_back(ray_origin(point, facing));
     seen.sides.push_back(bsdf.transmits() ? vec3(0) : facing);
     if (!is_cached(bsdf)) {
       const float u_lobe = probe.get_1d();
@@ -252,7 +274,7 @@ class Vertices {
   RoughMaterials rough_;
   std::vector<Image> groups_;
   std::vector<Seen> seen_;
-  std::vector<vec3> positions_, sides_;  // of the vertices of all pixels
+  std::vector<vec3> positions_, origins_, sides_;  // of the vertices of all pixels
   std::unique_ptr<PointQuery> near_;
   const MisMode direct_ = choose_direct(small_);
   float solid_angle_ = 0, brightest_ = 0;
@@ -273,6 +295,15 @@ double contrast_of(const RenderContext& context, const std::vector<vec3>& photon
     if (found.size() > near) squared[i] = std::max(found[near].distance_squared, std::numeric_limits<float>::min());
   });
   return near * area / (pi * median(squared) * static_cast<double>(photons.size()));
+}
+
+// The share of these photons that a gather reaches past walls, by some of them.
+double share_reached(const Vertices& vertices, const Photons& photons, const std::vector<std::size_t>& ids) {
+  constexpr std::size_t most = 512;
+  const std::size_t stride = ids.size() / most + 1;
+  std::vector<std::uint8_t> reached((ids.size() + stride - 1) / stride);
+  parallel_for(reached.size(), 16, [&](std::size_t i) { reached[i] = vertices.reach(photons, ids[i * stride]) ? 1 : 0; });
+  return reached.empty() ? 0 : std::accumulate(reached.begin(), reached.end(), 0.0) / static_cast<double>(reached.size());
 }
 
 // Photons by power, the same as trace_photons has them, and of each: is it from a light that no ray can meet, or far brighter
@@ -322,23 +353,23 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
       trace_pilot_photons(small, rough, vertices.brightest(),
                           {photon_paths, hash_keys(small.seed, 3u), std::max(0, depth - 1), photon_any, SamplerKind::sobol});
   double all = 0, direct = 0, caustic = 0, caustic_unmet = 0;
-  std::size_t seen = 0;
+  std::vector<std::size_t> seen;
   std::vector<vec3> caustics;
   for (std::size_t i = 0; i < photons.size(); ++i) {
-    const vec3 &position = photons.position[i], side = photons.side[i].normal();
     const bool is_caustic = (photons.side[i].history & photon_caustic) != 0;
     // About borders the region is too wide: there a caustic that nobody sees would count.
-    if (!region->contains(position, side) || (is_caustic && !vertices.see(position, side))) continue;
+    if (!region->contains(photons.position[i], photons.side[i].normal()) || (is_caustic && !vertices.see(photons, i))) continue;
     const double power = luminance(photons.power[i]);
-    ++seen;
+    seen.push_back(i);
     all += power;
     if (photons.side[i].history & photon_direct) direct += power;
     if (!is_caustic) continue;
     caustic += power;
     if (unmet[i] != 0) caustic_unmet += power;
-    caustics.push_back(position);
+    caustics.push_back(photons.position[i]);
   }
-  findings.photons_seen = static_cast<double>(seen) / photon_paths;
+  // The region reaches through walls, behind which nearly all of them may lie.
+  findings.photons_seen = static_cast<double>(seen.size()) / photon_paths * share_reached(vertices, photons, seen);
   if (all > 0) {
     findings.direct_light = direct / all;
     findings.caustic_photons = static_cast<double>(caustics.size());

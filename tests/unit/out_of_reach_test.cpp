@@ -87,7 +87,8 @@ TEST(LightOutOfReach, IsToldOfPhotonsThatHardlyLandOnWhatIsSeen) {
   for (const char* method : {"photon-map", "sppm", "cppm", "photon-cache"}) {
     EXPECT_NE(told(wide, method).find("emission = \"visibility\" may guide them"), std::string::npos) << method;
     EXPECT_EQ(told(wide, method, {{"emission", {std::string("visibility"), {}}}}), "");
-    EXPECT_EQ(told("builtin:exterior", method), "") << method;
+    EXPECT_NE(told("builtin:exterior", method).find("one photon in"), std::string::npos) << method;
+    EXPECT_EQ(told("builtin:two-rooms", method), "") << method;
   }
   const ParamMap merging{{"neighbours", {std::int64_t{1}, {}}}};
   constexpr const char* nothing_specular = "builtin:sunlit-field?surroundings=64,veil=false";
@@ -122,6 +123,16 @@ TEST(LightOutOfReach, IsToldOfCausticsOfADistantLamp) {
     EXPECT_EQ(told(method, 4, true), "") << method;
     EXPECT_EQ(told(method, 1e4f, false), "") << method;
   }
+}
+
+// Photons of the lit room next door, a few centimetres behind the wall, are no photons in view.
+TEST(LightOutOfReach, IsToldOfRoomsLitThroughAKeyhole) {
+  const auto told = [](const char* scene) {
+    SceneContext stage(load_scene(scene), {64, 64}, 1);
+    return light_out_of_reach(stage.context, "photon-map", {});
+  };
+  EXPECT_NE(told("builtin:keyhole?size=0.1").find("too few for light and shadow of what is small"), std::string::npos);
+  EXPECT_EQ(told("builtin:keyhole"), "");
 }
 
 TEST(LeftOut, LightTraceTellsOfNarrowLobes) {
