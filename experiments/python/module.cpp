@@ -40,12 +40,15 @@ py::array_t<float> array_of(const Image& image) {
   return array;
 }
 
+void warn(const std::string& text) {
+  if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) < 0) throw py::error_already_set();
+}
+
 Image image_of(const char* argument, const py::object& value) {
   if (py::isinstance<py::str>(value)) {
     std::vector<std::string> warnings;
     Image image = read_as_image(value.cast<std::string>(), warnings);
-    for (const std::string& warning : warnings)
-      if (PyErr_WarnEx(PyExc_RuntimeWarning, warning.c_str(), 1) != 0) throw py::error_already_set();
+    for (const std::string& warning : warnings) warn(warning);
     return image;
   }
   const auto array = Pixels::ensure(value);
@@ -156,6 +159,7 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
   CellTask task{scene.scene, scene.needs, accel, integrator, seed, resolution_of(scene, size), budget};
   task.threads = started_threads(thread_count);
   task.stop = interrupted;
+  task.looks_for_left_out = true;
   CellResult result;
   {
     const py::gil_scoped_release unlocked;
@@ -175,6 +179,12 @@ py::dict render(const LoadedScene& scene, const py::object& integrator_value, co
   rendered["counters"] = end.counters;  // with those of 0, which the log leaves out
   rendered["image"] = array_of(result.image);
   rendered["image_hash"] = fmt::format("{:016x}", result.image_hash);
+  if (result.chosen) rendered["chosen"] = result.chosen->label();
+  if (result.chosen_accel) rendered["chosen_accel"] = result.chosen_accel->label();
+  if (!result.out_of_reach.empty()) rendered["out_of_reach"] = fmt::format("{}", fmt::join(result.out_of_reach, "\n"));
+  if (!result.fallback.empty()) warn(fmt::format("{}: {}", accel.name, result.fallback));
+  for (const std::string& missed : result.out_of_reach) warn(missed);
+  if (end.non_finite > 0) warn(fmt::format("{} non-finite samples were dropped", end.non_finite));
   return rendered;
 }
 
@@ -235,8 +245,7 @@ auto unlocked(PythonObserver& observer, const Work& work) {
 py::object warner() {
   return py::cpp_function([](const std::string& line) {
     constexpr std::string_view mark = "warning: ";
-    if (line.starts_with(mark) && PyErr_WarnEx(PyExc_UserWarning, line.substr(mark.size()).c_str(), 1) < 0)
-      throw py::error_already_set();
+    if (line.starts_with(mark)) warn(line.substr(mark.size()));
   });
 }
 
@@ -333,7 +342,9 @@ PYBIND11_MODULE(etendue, module) {
   module.def(
       "load",
       [](const std::string& name, bool approximate, bool confined) {
-        return std::make_unique<LoadedScene>(name, SceneReading{.confined = confined, .approximate = approximate});
+        auto scene = std::make_unique<LoadedScene>(name, SceneReading{.confined = confined, .approximate = approximate});
+        for (const std::string& warning : scene->scene.warnings) warn(warning);
+        return scene;
       },
       "Loads a built-in scene (\"builtin:NAME\") or a file.", "name"_a, py::kw_only(), "approximate"_a = false,
       "confined"_a = false);

@@ -83,6 +83,16 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(etendue.Error, "expected an array of height x width x 3"):
             etendue.compare({}, truth)
 
+    def test_warns_of_light_out_of_reach(self):
+        water = etendue.load("builtin:water")
+        with self.assertWarnsRegex(UserWarning, "path leaves it out; cppm brings it"):
+            rendered = etendue.render(water, "path", samples=1, resolution=(16, 16))
+        self.assertIn("cppm", rendered["out_of_reach"])
+        chosen = etendue.render(water, "auto", samples=1, resolution=(16, 16))
+        self.assertNotIn("out_of_reach", chosen)
+        self.assertTrue(chosen["chosen"])
+        self.assertTrue(chosen["chosen_accel"])
+
     def test_warns_of_a_reference_that_is_unproven(self):
         caustic = etendue.load("builtin:glass-caustic")
         with self.assertWarnsRegex(UserWarning, "is used, but unproven"):
