@@ -118,7 +118,7 @@ class Chooser {
   std::string caustics() const {
     if (!caustics_are_hard())
       return fmt::format(
-          "{} of the light on what is seen comes from points, spots, directions or small lamps by way of specular surfaces, "
+          "{} of the light on what is seen comes from delta lights or small lamps by way of specular surfaces, "
           "where no path finds it",
           format_percent(found_.unmet_caustics));
     return fmt::format("{} of the light on what is seen comes by way of {}specular surfaces, where {}",
@@ -169,9 +169,16 @@ class Chooser {
               "hardly any of the light that is emitted gets into view, and paths that share it through a hash grid learn it "
               "soonest"};
     const bool refined = found_.diffuse >= mostly_diffuse && rays_ >= long_time;
-    if (found_.path_error < little_noise && hidden < hidden_light && !refined)
+    if (found_.path_error < little_noise && hidden < hidden_light && !refined) {
+      if (bias_ == BiasAllowed::any && found_.photons_seen >= photons_in_view)
+        return {
+            "photon-cache",
+            {},
+            "paths leave little noise, and gather rays into a map leave less, as of each path of photons one or more land in "
+            "view"};
       return {
           "hash-cache", {}, "paths leave so little noise that the error of interpolating between records would outweigh it"};
+    }
     if (bias_ == BiasAllowed::vanishing)
       return {"hash-cache", {}, "indirect light on diffuse surfaces can be shared, and of such caches its bias vanishes"};
     const std::string share = fill() < rays_ ? format_percent(fill() / rays_) : "more than all";

@@ -115,18 +115,18 @@ TEST(AutoChoice, GoesByWhatTheSceneNeeds) {
       {"builtin:glossy-furnace", {{4, "path"}}},                                      // what lobes send on, not what lands
       {"builtin:furnace", {{4, "path"}}},                                             // no noise at all,
       {"builtin:concentric-spheres", {{4, "hash-cache"}, {16, "irradiance-cache"}}},  // little, of direct light,
-      {"builtin:cavity", {{1, "hash-cache"}, {4, "hash-cache"}}},                     // somewhat more,
-      {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},               // and of indirect light
-      {"builtin:water", {{4, "cppm"}}},                                               // all light through water, evenly
-      {"builtin:edge", {{4, "sppm"}, {16, "bdpt"}}},                                  // the same, up to a border in view
-      {"builtin:glass-caustic", {{0.25, "cppm"}, {1, "cppm"}, {16, "cppm"}}},         // a sharp caustic
-      {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},     // mirrors that paths find the light in
-      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "cppm"}}},                   // and less easily,
-      {"builtin:veiled-lamp", {{4, "cppm"}}},                                         // and too seldom
-      {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},            // light through a door
-      {"builtin:mesh", {{1, "hash-cache"}, {4, "irradiance-cache"}}},                 // too many records for a second,
-      {"builtin:keyhole", {{0.25, "irradiance-cache"}}},                              // too few paths to share, either,
-      {"builtin:cornell-box", {{1, "irradiance-cache"}}}};                            // records take time
+      {"builtin:cavity", {{1, "photon-cache"}, {4, "photon-cache"}}},          // somewhat more, and photons are all in view,
+      {"builtin:lambert-sphere-off-centre", {{4, "irradiance-cache"}}},        // and of indirect light
+      {"builtin:water", {{4, "cppm"}}},                                        // all light through water, evenly
+      {"builtin:edge", {{4, "sppm"}, {16, "bdpt"}}},                           // the same, up to a border in view
+      {"builtin:glass-caustic", {{0.25, "cppm"}, {1, "cppm"}, {16, "cppm"}}},  // a sharp caustic
+      {"builtin:thin-wall", {{4, "irradiance-cache"}, {16, "irradiance-cache"}}},  // mirrors that paths find the light in
+      {"builtin:black-surroundings", {{0.1, "cppm"}, {4, "cppm"}}},                // and less easily,
+      {"builtin:veiled-lamp", {{4, "cppm"}}},                                      // and too seldom
+      {"builtin:two-rooms", {{1, "hash-cache"}, {4, "irradiance-cache"}}},         // light through a door
+      {"builtin:mesh", {{1, "hash-cache"}, {4, "irradiance-cache"}}},              // too many records for a second,
+      {"builtin:keyhole", {{0.25, "irradiance-cache"}}},                           // too few paths to share, either,
+      {"builtin:cornell-box", {{1, "irradiance-cache"}}}};                         // records take time
   for (const auto& [name, choices] : expected) {
     Scene scene = load_scene(name);
     const ivec2 resolution = scene.resolution;
