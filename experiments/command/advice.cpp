@@ -4,7 +4,6 @@
 #include "experiments/kinds/structures/stage.h"
 #include "experiments/run/run_cell.h"
 #include "framework/core/parallel.h"
-#include "framework/core/units.h"
 #include "framework/image/metrics.h"
 #include "framework/transport/ray_tools.h"
 #include "integrators/warnings/out_of_reach.h"

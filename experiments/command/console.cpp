@@ -4,7 +4,6 @@
 #include "experiments/run/suspension.h"
 #include "framework/core/counters.h"
 #include "framework/core/error.h"
-#include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 #include "framework/core/threads.h"
 #include "framework/core/units.h"

@@ -1,7 +1,6 @@
 // The options of `etendue render`, and of the image that --from repeats.
 #include "experiments/command/rendering.h"
 #include "experiments/report/report_text.h"
-#include "framework/core/units.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/whole_file.h"
 #include "integrators/caches/records/cache_file.h"

@@ -2,7 +2,6 @@
 #include "experiments/command/console.h"
 #include "experiments/command/rendering.h"
 #include "experiments/log/json_line.h"
-#include "experiments/report/report_text.h"
 #include "framework/core/units.h"
 #include "framework/io/image/exr.h"
 #include "framework/io/image/png.h"

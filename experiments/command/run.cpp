@@ -9,7 +9,6 @@
 #include "framework/io/whole_file.h"
 
 #include <fmt/format.h>
-#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <vector>

@@ -25,7 +25,9 @@ class RecordExecution {
       if (const auto scene = work_.scene(cell))
         directory_.note_scene(scene->name, scene->path, scene->hash, plan_.reading.pixel_filter);
     check_references();
-    const std::set<CellName> done = believed_records();
+    const std::set<CellName> done = directory_.believed_cells();
+    for (const auto& record : directory_.earlier().records)
+      if (done.contains(record->cell)) work_.remember(*record);
     std::vector<const Cell*> pending;
     for (const Cell& cell : plan_.cells)
       if (!done.contains(cell.name)) pending.push_back(&cell);
@@ -48,20 +50,6 @@ class RecordExecution {
     const std::vector<ReferenceRecord> known = directory_.earlier().references;
     for (const ReferenceRecord& reference : known)
       if (is_file || !damage(reference, plan_.directory).empty()) work_.refer(reference.scene, directory_);
-  }
-
-  std::set<CellName> believed_records() {
-    std::set<CellName> believed;
-    for (const auto& record : directory_.earlier().records) {
-      if (!record->done()) continue;
-      if (const std::string wrong = damage(*record, plan_.directory); !wrong.empty()) {
-        observer_.warn(fmt::format("{}: {}; it runs again", record->cell.key(), wrong));
-        continue;
-      }
-      believed.insert(record->cell);
-      work_.remember(*record);
-    }
-    return believed;
   }
 
   // Those whose records a reference that turned out to be another took out of the log.

@@ -14,7 +14,6 @@
 //   manifest      what ran: version, compiler, machine
 #pragma once
 
-#include "experiments/report/predictions.h"
 #include "experiments/report/report_data.h"
 #include "experiments/report/table_format.h"
 

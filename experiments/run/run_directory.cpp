@@ -169,14 +169,16 @@ void RunDirectory::note_reference(const ReferenceRecord& record) {
 
 std::set<CellName> RunDirectory::believed_cells() const {
   std::set<CellName> believed;
-  for (const CellRecord& cell : earlier_.cells) {
-    if (cell.status != "done") continue;
-    const std::string wrong = damage(cell, path_);
+  const auto take = [&](auto& record) {
+    if (record.status != "done") return;
+    const std::string wrong = damage(record, path_);
     if (wrong.empty())
-      believed.insert(cell.cell);
+      believed.insert(record.cell);
     else
-      observer_.warn(fmt::format("{}: {}; it runs again", cell.cell.key(), wrong));
-  }
+      observer_.warn(fmt::format("{}: {}; it runs again", record.cell.key(), wrong));
+  };
+  for (const CellRecord& cell : earlier_.cells) take(cell);
+  for (const auto& record : earlier_.records) take(*record);
   return believed;
 }
 

@@ -1,4 +1,3 @@
-#include "experiments/config/config_keys.h"
 #include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/claims.h"
 #include "experiments/kinds/record_kind.h"

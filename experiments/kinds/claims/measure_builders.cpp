@@ -1,6 +1,5 @@
 // Claims about builders ask which tree is best. All trees are traversed alike, in the `binary` layout; where it matters in
 // `bvh16` too.
-#include "experiments/kinds/claims/claim_scenes.h"
 #include "experiments/kinds/claims/measurement.h"
 #include "experiments/kinds/claims/naive_loop.h"
 #include "experiments/statistics/statistics.h"

@@ -1,5 +1,4 @@
 #include "accel/registry.h"
-#include "experiments/config/config_keys.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/rows.h"
 #include "experiments/kinds/search/measure_search.h"

@@ -3,7 +3,6 @@
 #include "experiments/kinds/stress/stress_report.h"
 #include "experiments/report/report_text.h"
 #include "experiments/report/table_of.h"
-#include "experiments/report/verdicts.h"
 #include "framework/core/units.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,3 @@
-#include "experiments/config/config_keys.h"
 #include "experiments/kinds/record_kind.h"
 #include "experiments/kinds/stress/stress_config.h"
 #include "experiments/kinds/stress/stress_record.h"

@@ -1,6 +1,7 @@
 #include "experiments/kinds/stress/stress_report.h"
 
 #include "experiments/report/report_text.h"
+#include "experiments/report/verdicts.h"
 
 #include <fmt/format.h>
 

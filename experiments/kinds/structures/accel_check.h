@@ -3,7 +3,6 @@
 #pragma once
 
 #include "accel/exact/exact.h"
-#include "experiments/log/values.h"
 
 #include <span>
 #include <string>

@@ -1,7 +1,6 @@
 #include "experiments/report/charts/charts.h"
 
 #include "experiments/report/report_text.h"
-#include "framework/core/units.h"
 
 #include <fmt/format.h>
 
