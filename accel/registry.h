@@ -1,4 +1,4 @@
-// Every structure by name. To add one: write its .h/.cpp in a room of its family (bvh/build/, spatial/, points/, records/) and
+// Every structure by name. To add one: write its .h/.cpp in its family's folder (bvh/build/, spatial/, points/, records/) and
 // a line in registry.cpp.
 #pragma once
 

@@ -88,7 +88,7 @@ void describe(Visitor& v, VcmParams& p) {
   v.number("radius", p.radius, 0, 1e12, "m", "within which vertices are merged, at first; 0: from the light paths' density");
   v.integer("neighbours", p.neighbours, 0, 1000000, "vertices",
             "of one iteration's light paths within the first radius; 0: 4 where light can reach specular surfaces, and "
-            "among 128 lamps that stand apart, 1 where that of points, spots or directions can reach narrow rough lobes, and "
+            "among 128 lamps that stand apart, 1 where that of delta lights can reach narrow rough lobes, and "
             "elsewhere, unless radius is given, no merges");
   v.number("alpha", p.alpha, 0.01, 1, "", "the larger, the slower the radius shrinks; 1: it stays");
   v.flag("wall_test", p.wall_test, "refuse merges where something stands between the two vertices");

@@ -14,10 +14,9 @@ constexpr auto names_of(BiasAllowed) { return std::array{"any", "vanishing", "no
 // made, so that it depends on scene, seed and budget alone.
 inline constexpr double rays_per_second = 8e6, build_seconds = 4e-7;
 
-// The effort in rays a pixel: of a time, what is left of it after the build, at a pace that is half of a small scene's with
-// 15,000 triangles and falls on; of iterations, what as many paths take; of an error, a tenth of
-// what the paths take that would reach it, since photons or a cache stand for the rest. Of several the least counts; where
-// nothing is stated, it is that of 64 iterations.
+// The effort in rays a pixel. A time counts as what the build leaves of it, at a pace that is halved by 15,000 triangles and
+// goes on falling. Iterations count as many paths. An error counts as a tenth of the paths that would reach it, since photons
+// or a cache need fewer. Of several the least counts; where nothing is stated, it is that of 64 iterations.
 double rays_a_pixel(const Scene& scene, const Effort& effort, ivec2 resolution, const PilotFindings& findings);
 
 // Before any ray is traced a path is taken to have six, or as many fewer as surfaces are sparse. A line that meets

@@ -111,7 +111,7 @@ template <class Visitor>
 void describe_carry_below(Visitor& v, float& carry_below) {
   v.number("carry_below", carry_below, 0, 1, "GGX alpha",
            "rough lobes narrower than this are followed, not gathered (of glass whose index is within a quarter of 1, alpha "
-           "times four times that distance counts); but for coats on which caustics of points, spots or directions fall");
+           "times four times that distance counts); but for coats on which caustics of delta lights fall");
 }
 
 // Which materials receive photons, by index. `narrow`: GGX alpha below which a rough lobe is specular-like.

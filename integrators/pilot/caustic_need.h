@@ -1,8 +1,8 @@
 // Do caustics need a map of photons of their own beside paths?
 //
-// Light of points, spots and directions by way of specular surfaces does, since no ray can meet such lights, and that of lamps
-// far brighter than any that paths meet there. That of other lights is brought by paths as well, with the more noise the more
-// seldom they meet it: where they meet it soon, photons blur it and take time for nothing (experiments/ledger.toml).
+// Light of delta lights by way of specular surfaces does, since no ray can meet such lights, and that of lamps far brighter
+// than any that paths meet there. That of other lights is brought by paths as well, with the more noise the more seldom they
+// meet it: where they meet it soon, photons blur it and take time for nothing (experiments/ledger.toml).
 #pragma once
 
 #include "integrators/photons/caustic_light.h"

@@ -37,8 +37,8 @@ struct PilotFindings {
   double caustic_light = 0;    // of the light that they bring there after specular events alone
   double direct_light = 0;     // and straight from a light
   double caustic_photons = 0;  // how many say so of the first
-  // The part of it that no path finds: from points, spots and directions, and from lights that are far brighter than any that
-  // paths met by way of specular surfaces.
+  // The part of it that no path finds: from delta lights, and from lights that are far brighter than any that paths met by way
+  // of specular surfaces.
   double unmet_caustics = 0;
   // How likely a path from a diffuse vertex meets a light by way of specular events: that is how paths find caustics. Where no
   // vertex is diffuse, it is a path that leaves by the vertex's own lobe.

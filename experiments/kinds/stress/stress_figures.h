@@ -1,5 +1,5 @@
-// These figures are measured of an image where a method fails. Ratios are of a pixel's mean over channels to the reference's,
-// over pixels in which the reference is at least a thousandth of its largest value (for `darkest`, nine tenths: the evenly lit
+// A method holds or fails by these figures of its image. Ratios are of a pixel's mean over channels to the reference's, over
+// pixels in which the reference is at least a thousandth of its largest value (for `darkest`, nine tenths: the evenly lit
 // ones).
 #pragma once
 

@@ -1,4 +1,4 @@
-// Which triangles of a scene's files no ray will meet: those of no area, or not finite (Geometry::is_valid). They are told mesh
+// Which triangles of a scene's files no ray will meet: those of no area, or not finite (Geometry::is_valid). They are reported
 // by mesh; else a file that holds nothing else would be a black image without a reason.
 #pragma once
 
