@@ -150,7 +150,7 @@ inline constexpr std::size_t no_limit = std::numeric_limits<std::size_t>::max();
 
 // `nearest` for structures that find by radius searches spheres of growing radius until one holds enough; then the nearest are
 // all inside it. The first is the caller's, and the next radii follow from the density found so far.
-// A ball that holds far too many points (a dense cluster, seen from afar) is abandoned for one in between.
+// A sphere that holds far too many points (a dense cluster, seen from afar) is abandoned for one in between.
 //
 // `find(p, r, most, out)` is `within` that may stop, with false, once it has found more than `most`. `count`: of all points;
 // `bounds` of these; `step`: the first radius, above 0.

@@ -113,7 +113,14 @@ void require_memory(double bytes, const Location& where, const std::string& what
 
 void RoomForPaths::ask(std::size_t count, double bytes) {
   next_ = 2 * count;
-  require_memory(bytes, {}, "what the lights' paths leave behind", "fewer paths, or a smaller max_depth");
+  constexpr double looked_at_from = 1 << 30;
+  if (bytes < looked_at_from && memory_limit() == 0) return;
+  const auto held = static_cast<double>(resident_memory_bytes()), free = static_cast<double>(available_memory_bytes());
+  if (bytes <= held + free) return;
+  throw Error(
+      fmt::format("what the lights' paths leave behind needs about {}, and {} are there; expected fewer photons, or a "
+                  "smaller max_depth",
+                  format_bytes(bytes), format_bytes(held + free)));
 }
 
 }  // namespace etendue

@@ -32,8 +32,8 @@ void require_memory(double bytes, const Location& where, const std::string& what
 // Room for what paths leave behind: in a closed white room each of them goes on for as many events as it may.
 class RoomForPaths {
  public:
-  // Throws an Error where `count` things of `bytes` each, left by `some` paths, mean more than fits once `all` have left as
-  // many. Asks each time that the count has doubled.
+  // Throws an Error where `count` things of `bytes` each, left by `some` paths, mean that `all` leave more than is free and
+  // this process holds already, a part of them included. Asks when there are many, and each time that they have doubled.
   void require(std::size_t count, std::size_t bytes, double some, double all) {
     if (count >= next_) ask(count, static_cast<double>(count) * static_cast<double>(bytes) * all / some);
   }
@@ -41,7 +41,7 @@ class RoomForPaths {
  private:
   void ask(std::size_t count, double bytes);
 
-  std::size_t next_ = 1 << 20;
+  std::size_t next_ = 1 << 17;
 };
 
 }  // namespace etendue

@@ -227,7 +227,7 @@ Expectation Vcm::expectation() const {
             "way of them; bdpt brings it"};
   if (setting_ == Setting::bdpt && hidden_caustics_)
     return {Bias::biased, -1, 1, "caustics of point, spot and directional lights are black where specular surfaces show them",
-            "light of delta lights that comes by way of specular surfaces is left out where they show it; vcm "
+            "light from delta lights that comes by way of specular surfaces is left out where they show it; vcm "
             "brings it"};
   return {Bias::unbiased, -1, 0, ""};
 }

@@ -1,6 +1,5 @@
 #include "integrators/bidirectional/vcm_light_paths.h"
 
-#include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 
 #include <numeric>
@@ -110,7 +109,6 @@ class LightPaths::Tracer {
         [&](LightSamples&) {
           const BsdfPair* pair = memory_.splat_pairs.pairs(scene, TransportMode::importance);
           for (const Splattable& splattable : memory_.splats) splat(splattable, *pair++, events);
-          room_.require(memory_.found.size(), sizeof(LightVertex), std::min(chunk_size, settings_.paths), settings_.paths);
           next = memory_.onwards.samples(scene, TransportMode::importance);
           memory_.splats.clear();
         },
@@ -234,7 +232,6 @@ class LightPaths::Tracer {
   Chunk& chunk_;
   Memory& memory_ = memory_of_thread();
   PathDensities densities_;
-  RoomForPaths room_;
 };
 
 void LightPaths::trace(const RenderContext& context, const VcmSettings& settings, std::uint32_t iteration, bool keep) {

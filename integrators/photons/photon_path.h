@@ -3,7 +3,6 @@
 #pragma once
 
 #include "framework/core/counters.h"
-#include "framework/core/memory.h"
 #include "framework/core/parallel.h"
 #include "framework/core/sampling.h"
 #include "framework/transport/bsdf.h"
@@ -12,8 +11,6 @@
 #include "integrators/photons/photon_event.h"
 
 namespace etendue {
-
-inline constexpr std::size_t bytes_of_photon = 115;  // while a map is built
 
 class PhotonTracer {
  public:
@@ -35,13 +32,10 @@ class PhotonTracer {
   const RoughMaterials& rough_materials_;
   const PhotonPass& pass_;
   std::uint64_t rays_ = 0;
-  std::uint32_t paths_ = 0;
-  RoomForPaths room_;
 };
 
 template <class Numbers>
 bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
-  ++paths_;
   const EmissionNumbers u = numbers.emission();
   const auto emitted = context_.lights.emit(u[0], {u[1], u[2]}, {u[3], u[4]});
   if (!emitted || is_black(emitted->power)) return false;
@@ -62,7 +56,6 @@ bool PhotonTracer::trace(Numbers& numbers, float share, Photons& out) {
       // A mask stops a share of the photons that arrive, which stand for all: it stops as large a share of camera rays again.
       out.add(point.position, power / context_.stopped_share(hit), from, hit.t, normal, static_cast<PhotonHistory>(history),
               scatterings, point.layer);
-      room_.require(out.size(), bytes_of_photon, paths_, pass_.count);
       matters = matters || !pass_.visible || pass_.visible->contains(point.position, normal);
     }
     if (scatterings >= pass_.max_scatterings) return matters;

@@ -39,7 +39,8 @@ void PhotonWave::follow(std::uint32_t first) {
   for (int scatterings = 0; !states_.empty(); ++scatterings) {
     meet(scatterings);
     ends.push_back(stored_.size());
-    room_.require(stored_.size(), bytes_of_photon, static_cast<double>(starts_.size()), pass_.count);
+    constexpr std::size_t bytes = 115;  // of a photon, while a map is built
+    room_.require(stored_.size(), bytes, static_cast<double>(starts_.size()), pass_.count);
   }
   // Counts of each photon, then places: what one stored stays in the order of its events.
   places_.assign(last - first + 1, 0);

@@ -2,6 +2,7 @@
 // as if each went alone (photon_path.h).
 #pragma once
 
+#include "framework/core/memory.h"
 #include "integrators/paths/runs.h"
 #include "integrators/photons/photon_event.h"
 #include "integrators/photons/photon_path.h"

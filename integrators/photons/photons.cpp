@@ -167,7 +167,7 @@ Expectation expectation_in(const RenderContext& context, const RoughMaterials& r
   expected.bias = Bias::biased;
   expected.bias_bound = 1;
   expected.left_out =
-      "light of delta lights that comes by way of specular surfaces is left out on metals and frosted glass of "
+      "light from delta lights that comes by way of specular surfaces is left out on metals and frosted glass of "
       "less roughness than carry_below; vcm brings it";
   return expected;
 }

@@ -90,7 +90,7 @@ class Module(unittest.TestCase):
         self.assertIn("cppm", rendered["out_of_reach"])
         chosen = etendue.render(water, "auto", samples=1, resolution=(16, 16))
         self.assertNotIn("out_of_reach", chosen)
-        self.assertTrue(chosen["chosen"])
+        self.assertEqual(chosen["chosen"], "cppm")
         self.assertTrue(chosen["chosen_accel"])
 
     def test_warns_of_a_reference_that_is_unproven(self):

@@ -223,6 +223,22 @@ TEST(AutoChoice, TakesPhotonsForHiddenLightThatTheyBring) {
   EXPECT_NE(choose_method(stage.context, findings).name, "sppm");
 }
 
+// Where paths leave little noise, a map that all photons fill leaves less, unless bias has to vanish.
+TEST(AutoChoice, TakesAMapWhereAllPhotonsAreInView) {
+  PilotFindings findings = of_diffuse_surfaces();
+  findings.diffuse = 0.9;
+  findings.path_error = 0.15;
+  findings.direct_error = 0.1;
+  findings.records = 100;
+  findings.photons_seen = 1.5;
+  SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
+  stage.context.effort = {4};
+  EXPECT_EQ(choose_method(stage.context, findings).name, "photon-cache");
+  EXPECT_EQ(choose_method(stage.context, findings, BiasAllowed::vanishing).name, "hash-cache");
+  findings.photons_seen = 0.9;
+  EXPECT_EQ(choose_method(stage.context, findings).name, "hash-cache");
+}
+
 TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {
   // Few photons of a pilot, or none, land in a small caustic.
   PilotFindings findings = of_diffuse_surfaces();
