@@ -111,16 +111,4 @@ void require_memory(double bytes, const Location& where, const std::string& what
                                  format_bytes(available), expectation));
 }
 
-void RoomForPaths::ask(std::size_t count, double bytes) {
-  next_ = 2 * count;
-  constexpr double looked_at_from = 1 << 30;
-  if (bytes < looked_at_from && memory_limit() == 0) return;
-  const auto held = static_cast<double>(resident_memory_bytes()), free = static_cast<double>(available_memory_bytes());
-  if (bytes <= held + free) return;
-  throw Error(
-      fmt::format("what the lights' paths leave behind needs about {}, and {} are there; expected fewer photons, or a "
-                  "smaller max_depth",
-                  format_bytes(bytes), format_bytes(held + free)));
-}
-
 }  // namespace etendue

@@ -29,19 +29,4 @@ std::uint64_t available_memory_bytes();
 // than is available.
 void require_memory(double bytes, const Location& where, const std::string& what, const std::string& expectation);
 
-// Room for what paths leave behind: in a closed white room each of them goes on for as many events as it may.
-class RoomForPaths {
- public:
-  // Throws an Error where `count` things of `bytes` each, left by `some` paths, mean that `all` leave more than is free and
-  // this process holds already, a part of them included. Asks when there are many, and each time that they have doubled.
-  void require(std::size_t count, std::size_t bytes, double some, double all) {
-    if (count >= next_) ask(count, static_cast<double>(count) * static_cast<double>(bytes) * all / some);
-  }
-
- private:
-  void ask(std::size_t count, double bytes);
-
-  std::size_t next_ = 1 << 17;
-};
-
 }  // namespace etendue

@@ -1,5 +1,10 @@
 #include "integrators/photons/photon_wave.h"
 
+#include "framework/core/memory.h"
+#include "framework/core/units.h"
+
+#include <fmt/format.h>
+
 namespace etendue {
 
 namespace {
@@ -39,8 +44,7 @@ void PhotonWave::follow(std::uint32_t first) {
   for (int scatterings = 0; !states_.empty(); ++scatterings) {
     meet(scatterings);
     ends.push_back(stored_.size());
-    constexpr std::size_t bytes = 115;  // of a photon, while a map is built
-    room_.require(stored_.size(), bytes, static_cast<double>(starts_.size()), pass_.count);
+    if (stored_.size() >= ask_at_) require_room();
   }
   // Counts of each photon, then places: what one stored stays in the order of its events.
   places_.assign(last - first + 1, 0);
@@ -50,6 +54,19 @@ void PhotonWave::follow(std::uint32_t first) {
   std::uint32_t i = 0;
   for (std::uint32_t event = 0; event < ends.size(); ++event)
     for (; i < ends[event]; ++i) order_[places_[stored_[i].path - first]++] = {i, event};
+}
+
+void PhotonWave::require_room() {
+  ask_at_ = 2 * stored_.size();
+  constexpr double bytes_of_photon = 115, looked_at_from = 1 << 30;  // the former while a map is built
+  const double bytes =
+      bytes_of_photon * static_cast<double>(stored_.size()) * pass_.count / static_cast<double>(starts_.size());
+  if (bytes < looked_at_from && memory_limit() == 0) return;
+  const auto held = static_cast<double>(resident_memory_bytes()), free = static_cast<double>(available_memory_bytes());
+  if (bytes <= held + free) return;
+  throw Error(
+      fmt::format("the photons of a pass need about {}, and {} are there; expected fewer photons, or a smaller max_depth",
+                  format_bytes(bytes), format_bytes(held + free)));
 }
 
 // Divides what was stored by the opacity where it lies, as PhotonTracer does, and notes its layer.

@@ -2,7 +2,6 @@
 // as if each went alone (photon_path.h).
 #pragma once
 
-#include "framework/core/memory.h"
 #include "integrators/paths/runs.h"
 #include "integrators/photons/photon_event.h"
 #include "integrators/photons/photon_path.h"
@@ -52,6 +51,9 @@ class PhotonWave {
   void follow(std::uint32_t first);
   void meet(int scatterings);  // one event of each photon under way
   void heed_masks(std::span<StoredPhoton> stored) const;
+  // Throws Error where the pass would store more than is free and this process holds already: in a closed white room a path
+  // goes on for as many events as it may. Asks when there are many, and each time that they have doubled.
+  void require_room();
 
   const RenderContext& context_;
   const RoughMaterials& rough_materials_;
@@ -65,7 +67,7 @@ class PhotonWave {
   std::vector<std::uint32_t> places_;
   std::vector<Place> order_;  // of stored_: photon by photon, event by event
   Runs runs_;
-  RoomForPaths room_;
+  std::size_t ask_at_ = 1 << 17;  // so many stored photons: require_room
 };
 
 }  // namespace etendue

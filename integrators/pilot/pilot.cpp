@@ -369,8 +369,10 @@ void look_at_photons(const RenderContext& small, const Vertices& vertices, Pilot
     caustics.push_back(photons.position[i]);
   }
   // The region reaches through walls, behind which nearly all of them may lie: some tell the share, or all where it is small.
-  double reached = share_reached(vertices, photons, seen, seen.size() / 512 + 1);
-  if (reached < 0.02) reached = share_reached(vertices, photons, seen, 1);
+  constexpr std::size_t asked = 512;
+  constexpr double small_share = 0.02;
+  double reached = share_reached(vertices, photons, seen, seen.size() / asked + 1);
+  if (reached < small_share) reached = share_reached(vertices, photons, seen, 1);
   findings.photons_seen = static_cast<double>(seen.size()) / photon_paths * reached;
   if (all > 0) {
     findings.direct_light = direct / all;

@@ -207,20 +207,25 @@ TEST(AutoChoice, TakesPhotonsForCausticsOfRoughMetalsThatHardlyAnyPathMeets) {
   EXPECT_TRUE(takes_photons("builtin:cornell-spheres", 0.02));  // of a mirror no light sample brings any
 }
 
+// The method for four seconds of a small image.
+std::string chosen_for_a_box(const PilotFindings& findings, BiasAllowed bias = BiasAllowed::any) {
+  SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
+  stage.context.effort = {4};
+  return choose_method(stage.context, findings, bias).name;
+}
+
 // A lamp that shines at the ceiling: nearly all light in view is indirect, and photons get there.
 TEST(AutoChoice, TakesPhotonsForHiddenLightThatTheyBring) {
   PilotFindings findings = of_diffuse_surfaces();
   findings.direct_error = 0.04;
   findings.records = 100;
   findings.photons_seen = 2;
-  SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
-  stage.context.effort = {4};
-  EXPECT_EQ(choose_method(stage.context, findings).name, "sppm");
+  EXPECT_EQ(chosen_for_a_box(findings), "sppm");
   findings.photons_seen = 0.3;  // behind a door
-  EXPECT_NE(choose_method(stage.context, findings).name, "sppm");
+  EXPECT_NE(chosen_for_a_box(findings), "sppm");
   findings.photons_seen = 2;
   findings.direct_error = 0.2;
-  EXPECT_NE(choose_method(stage.context, findings).name, "sppm");
+  EXPECT_NE(chosen_for_a_box(findings), "sppm");
 }
 
 // Where paths leave little noise, a map that all photons fill leaves less, unless bias has to vanish.
@@ -231,12 +236,10 @@ TEST(AutoChoice, TakesAMapWhereAllPhotonsAreInView) {
   findings.direct_error = 0.1;
   findings.records = 100;
   findings.photons_seen = 1.5;
-  SceneContext stage(load_scene("builtin:cornell-box"), {64, 64}, 1);
-  stage.context.effort = {4};
-  EXPECT_EQ(choose_method(stage.context, findings).name, "photon-cache");
-  EXPECT_EQ(choose_method(stage.context, findings, BiasAllowed::vanishing).name, "hash-cache");
+  EXPECT_EQ(chosen_for_a_box(findings), "photon-cache");
+  EXPECT_EQ(chosen_for_a_box(findings, BiasAllowed::vanishing), "hash-cache");
   findings.photons_seen = 0.9;
-  EXPECT_EQ(choose_method(stage.context, findings).name, "hash-cache");
+  EXPECT_EQ(chosen_for_a_box(findings), "hash-cache");
 }
 
 TEST(AutoChoice, LeavesNoCausticsOutThatNoPathFinds) {

@@ -82,7 +82,7 @@ TEST(MemoryLimit, FailsWhatGrowsBeyondIt) {
 }
 
 // In a closed white room a light's path goes on for as many events as it may.
-TEST(MemoryLimit, RefusesWhatLightPathsLeaveBehind) {
+TEST(MemoryLimit, RefusesPhotonsThatGoOnForTooLong) {
   SceneBuilder b("white sphere");
   b.quadric(Sphere{{0, 0, 0}, 1}, b.material(Diffuse{Rgb(1)}));
   b.light(PointLight{{0, 0, 0}, Rgb(1)});
@@ -100,7 +100,7 @@ TEST(MemoryLimit, RefusesWhatLightPathsLeaveBehind) {
     return said;
   };
   for (const char* method : {"sppm", "photon-map"}) {
-    EXPECT_TRUE(contains(refusal(method, 60000), "what the lights' paths leave behind needs about")) << method;
+    EXPECT_TRUE(contains(refusal(method, 60000), "the photons of a pass need about")) << method;
     EXPECT_EQ(refusal(method, 8), "") << method;
   }
 }
